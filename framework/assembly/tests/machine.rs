@@ -657,3 +657,32 @@ fn published_robots_are_imported_as_they_are_read() {
         assert_eq!(loaded.imports[0].description.ignored, d.ignored);
     }
 }
+
+#[test]
+fn moments_that_no_body_has_are_told_or_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    // As TIAGo's: a small moment below zero.
+    let urdf = r#"<robot name="r"><link name="base"/><link name="finger"><inertial><mass value="0.1"/>
+        <inertia ixx="-3.5e-8" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
+        <joint name="turn" type="continuous"><parent link="base"/><child link="finger"/></joint></robot>"#;
+    std::fs::write(dir.path().join("r.urdf"), urdf).unwrap();
+    let import = |more: &str| {
+        load(dir.path(), "sim.ron", &format!("Simulation(import: (file: \"r.urdf\"{more}))"))
+    };
+    let read = import("").unwrap_or_else(|f| panic!("{f}"));
+    let told: Vec<String> =
+        read.warnings().iter().map(|w| format!("{} {:?}", w.message, w.help)).collect();
+    assert!(
+        told.iter().any(|t| t.contains("link `finger`")
+            && t.contains("-0.000000035")
+            && t.contains("inertia_check: Physical")),
+        "{told:?}"
+    );
+    assert_eq!(import(", inertia_check: Warn").unwrap().warnings().len(), told.len());
+    let refused =
+        import(", inertia_check: Physical").err().expect("refused on request").to_string();
+    assert!(refused.contains("link `finger`"), "{refused}");
+    let positive =
+        import(", inertia_check: PositiveMoments").err().expect("a moment is below zero");
+    assert!(positive.to_string().contains("link `finger`"), "{positive}");
+}

@@ -30,8 +30,8 @@ pub enum Unphysical {
     #[default]
     Refused,
     /// They are read, with a line in [`Description::doubtful`]: principal moments that break the triangle inequality as they are, those below
-    /// zero as 0, those without a mass not at all. Masses below zero, numbers that are not finite, and matrices of which no moment
-    /// is above zero stay faults.
+    /// zero as 0, those without a mass not at all; a mass for which the file has no moments is a point. Masses below zero, numbers that are not
+    /// finite, and matrices of which no moment is above zero, beyond what rounding leaves (1e-12 m² of the mass), stay faults.
     Read,
 }
 
@@ -376,6 +376,9 @@ impl<'a> Cx<'a> {
     }
 }
 
+/// Moments over the mass, m², below which a body is a point.
+const POINT: f64 = 1e-12;
+
 /// What [`Unphysical::Read`] makes of mass properties, in numbers and words; `None` when nothing can be made of them.
 fn nearest(
     mass: &MassProperties,
@@ -396,7 +399,9 @@ fn nearest(
         return Some((mass, "taken as it is"));
     }
     let mut moments = mass.inertia_com.symmetric_eigen();
-    if !(moments.eigenvalues.max() > 0.0) {
+    // What rounding leaves of no inertia at all is a point's.
+    let point = moments.eigenvalues.amax() < POINT * mass.mass;
+    if !(moments.eigenvalues.max() > 0.0 || point) {
         return None;
     }
     moments.eigenvalues.apply(|x| *x = x.max(0.0));

@@ -8,7 +8,7 @@
 //! A root link `world` without mass is the world itself.
 
 use crate::error::FaultKind;
-use crate::read::{Cx, ReadOptions, Root, report_massless, root_hinge};
+use crate::read::{Cx, ReadOptions, Root, Unphysical, report_massless, root_hinge};
 use crate::xml::{Element, parse};
 use crate::{BodyShape, Coupling, Description, FormatError, Joint, ShapeRole, geometry};
 use linkwork_multibody::names::suggest;
@@ -283,6 +283,10 @@ fn inertial(cx: &mut Cx<'_>, link: &Element, what: &str) -> MassProperties {
         }
     };
     let Some(i) = e.child("inertia") else {
+        if let (Some(mass), Unphysical::Read) = (mass, cx.options.unphysical) {
+            cx.doubtful.push(e.ignored(&what, "no <inertia>: a point mass"));
+            return cx.checked(e, what, MassProperties::new(mass, X_BC.position, Mat3::zeros()));
+        }
         let help =
             "write <inertia ixx=\"..\" ixy=\"..\" ixz=\"..\" iyy=\"..\" iyz=\"..\" izz=\"..\"/>";
         cx.missing(e, &what, "<inertia>", help);

@@ -137,10 +137,12 @@ struct Lines<'a> {
     text: &'a str,
     /// Offset, line and column, from 1.
     marks: Vec<(usize, u32, u32)>,
+    added: Added,
 }
 
 impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Self {
+    /// Of the text as it was written; offsets are those of the text with what was `added`.
+    fn new(text: &'a str, added: Added) -> Self {
         let (mut marks, mut line, mut column) = (vec![(0, 1, 1)], 1, 1);
         let mut last = 0;
         for (at, c) in text.char_indices() {
@@ -154,14 +156,78 @@ impl<'a> Lines<'a> {
                 marks.push((last, line, column));
             }
         }
-        Self { text, marks }
+        Self { text, marks, added }
     }
 
     fn at(&self, offset: usize) -> (u32, u32) {
+        let offset = self.added.original(offset);
         let mark = self.marks.partition_point(|m| m.0 <= offset).max(1);
         let (start, line, column) = self.marks[mark - 1];
         let before = self.text.get(start..offset).unwrap_or_default();
         (line, before.chars().count() as u32 + column)
+    }
+}
+
+/// What [`with_prefixes`] wrote into a text: from which byte on, and how many bytes.
+#[derive(Clone, Copy, Default)]
+struct Added {
+    at: usize,
+    bytes: usize,
+}
+
+impl Added {
+    /// The place in the text as it was written.
+    fn original(self, offset: usize) -> usize {
+        if offset < self.at { offset } else { offset.saturating_sub(self.bytes).max(self.at) }
+    }
+}
+
+/// Undeclared prefixes of one file that are declared for it.
+const PREFIXES: usize = 16;
+
+/// The text with a declaration of each prefix that it uses without one, and what was added. Robot files have such names
+/// (`drake:acceleration`), and the readers of other programs take them as they are. What no reader asks for is listed as ignored.
+fn with_prefixes(text: &str, declarations: Declarations) -> (String, Added) {
+    let Some(at) = end_of_first_name(text) else { return (text.into(), Added::default()) };
+    let (before, after) = text.split_at(at);
+    let (mut out, mut names) = (text.to_owned(), String::new());
+    for _ in 0..PREFIXES {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = read(&out, declarations) else {
+            break;
+        };
+        names += &format!(" xmlns:{prefix}=\"{prefix}\"");
+        out = format!("{before}{names}{after}");
+    }
+    (out, Added { at, bytes: names.len() })
+}
+
+fn read(
+    text: &str,
+    declarations: Declarations,
+) -> Result<roxmltree::Document<'_>, roxmltree::Error> {
+    let options = roxmltree::ParsingOptions {
+        allow_dtd: declarations == Declarations::Allowed,
+        ..roxmltree::ParsingOptions::default()
+    };
+    roxmltree::Document::parse_with_options(text, options)
+}
+
+/// Where the name of the outermost element ends.
+fn end_of_first_name(text: &str) -> Option<usize> {
+    let mut from = 0;
+    loop {
+        let start = from + text.get(from..)?.find('<')?;
+        let rest = &text[start + 1..];
+        let end = match rest.as_bytes().first()? {
+            b'?' => "?>",
+            b'!' if rest.starts_with("!--") => "-->",
+            b'!' => ">",
+            _ => {
+                let ends = |c: char| c.is_whitespace() || c == '/' || c == '>';
+                return Some(start + 1 + rest.find(ends)?);
+            }
+        };
+        from = start + 1 + rest.find(end)? + end.len();
     }
 }
 
@@ -186,11 +252,14 @@ pub(crate) fn parse_with(
     let one = |line, column, kind| FormatError {
         faults: vec![FileFault { place: FilePlace { file: file.into(), line, column }, kind }],
     };
-    let options = roxmltree::ParsingOptions {
-        allow_dtd: declarations == Declarations::Allowed,
-        ..roxmltree::ParsingOptions::default()
-    };
-    let doc = roxmltree::Document::parse_with_options(text, options).map_err(|e| {
+    let declared;
+    let (mut doc, mut shown, mut added) = (read(text, declarations), text, Added::default());
+    if let Err(roxmltree::Error::UnknownNamespace(..)) = doc {
+        (declared, added) = with_prefixes(text, declarations);
+        (doc, shown) = (read(&declared, declarations), &declared);
+    }
+    let lines = Lines::new(text, added);
+    let doc = doc.map_err(|e| {
         let p = e.pos();
         let reason = match &e {
             roxmltree::Error::UnknownNamespace(prefix, _) => format!(
@@ -200,9 +269,9 @@ pub(crate) fn parse_with(
             roxmltree::Error::DtdDetected => "document type declarations are not read".into(),
             other => other.to_string(),
         };
-        one(p.row, p.col, FaultKind::Xml { reason })
+        let (row, column) = lines.at(offset_of(shown, p));
+        one(row, column, FaultKind::Xml { reason })
     })?;
-    let lines = Lines::new(text);
     if let Some(offset) = too_deep(&doc) {
         let (line, column) = lines.at(offset);
         return Err(one(line, column, FaultKind::TooDeep { limit: DEPTH }));
@@ -210,6 +279,14 @@ pub(crate) fn parse_with(
     let root = convert(doc.root_element(), &Rc::from(file), &lines);
     root.used.set(true);
     Ok(root)
+}
+
+/// Bytes before a row and column, both from 1 and the column in characters.
+fn offset_of(text: &str, p: roxmltree::TextPos) -> usize {
+    let rows = text.split_inclusive('\n');
+    let start: usize = rows.clone().take(p.row as usize - 1).map(str::len).sum();
+    let row = rows.clone().nth(p.row as usize - 1).unwrap_or_default();
+    start + row.char_indices().nth(p.col as usize - 1).map_or(row.len(), |(i, _)| i)
 }
 
 /// The first node that is nested too deeply; the parser itself does not recurse, and neither does this.
@@ -264,7 +341,7 @@ mod tests {
     fn places_are_those_of_counting() {
         let long = "<é a='ü'/>€".repeat(900);
         let text = format!("one\ntwo\r\n{long}\n\nfive {long}");
-        let lines = Lines::new(&text);
+        let lines = Lines::new(&text, Added::default());
         for (offset, _) in text.char_indices().step_by(7) {
             let before = &text[..offset];
             let line = before.matches('\n').count() + 1;
@@ -275,6 +352,6 @@ mod tests {
         let far = lines.marks.windows(2).map(|m| m[1].0 - m[0].0).max();
         assert!(far.is_some_and(|far| far < APART + 8) && lines.marks[0].0 == 0, "{far:?}");
         assert!(text.len() - lines.marks[lines.marks.len() - 1].0 < APART + 8);
-        assert_eq!(Lines::new("").at(0), (1, 1));
+        assert_eq!(Lines::new("", Added::default()).at(0), (1, 1));
     }
 }

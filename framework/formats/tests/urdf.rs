@@ -161,7 +161,7 @@ fn malformed_xml_has_line_and_column() {
     assert!(error.to_string().starts_with("<text>:3:"), "{error}");
     assert!(matches!(error.faults[0].kind, FaultKind::Xml { .. }));
     for text in
-        ["", "<", "<robot", "<robot name='r'><drake:x/></robot>", "\u{0}", "<!DOCTYPE a><robot/>"]
+        ["", "<", "<robot", "<robot name='r'><drake:x></robot>", "\u{0}", "<!DOCTYPE a><robot/>"]
     {
         let error = refused(text);
         assert!(matches!(error.faults[0].kind, FaultKind::Xml { .. }), "{text}: {error}");
@@ -242,11 +242,49 @@ fn moments_that_no_body_has_are_read_when_asked_and_told() {
     // Below zero in axes of its own: eigenvalues -0.1, 0.2, 0.3 turned about z.
     told(&urdf("1", ["0.05", "0.05", "0.3", "0.15"]), "taken as 0", [0.0, 0.2, 0.3]);
     told(&urdf("0", ["0.1", "0.1", "0.1", "0"]), "left out", [0.0; 3]);
-    for bad in [urdf("-1", ["0.1", "0.1", "0.1", "0"]), urdf("1", ["-0.1", "-0.1", "-0.2", "0"])] {
+    // iCub's hip: what rounding left of no inertia.
+    told(&urdf("0.526", ["-5.42101e-20", "-5.42101e-20", "0", "0"]), "taken as 0", [0.0; 3]);
+    let bare = urdf("2", ["1", "1", "1", "0"]);
+    let (from, to) = (bare.find("<inertia ").unwrap(), bare.find("</inertial>").unwrap());
+    told(&format!("{}{}", &bare[..from], &bare[to..]), "no <inertia>: a point mass", [0.0; 3]);
+    for bad in [
+        urdf("-1", ["0.1", "0.1", "0.1", "0"]),
+        urdf("1", ["-0.1", "-0.1", "-0.2", "0"]),
+        urdf("1", ["-2e-12", "0", "0", "0"]),
+    ] {
         assert!(read_urdf(&bad, &read).is_err());
     }
     let good = read_urdf(&urdf("1", ["0.1", "0.1", "0.1", "0"]), &read).unwrap();
     assert!(good.doubtful.is_empty());
+}
+
+#[test]
+fn prefixes_that_nobody_declared_are_read_and_change_no_place() {
+    let text = |more: &str| {
+        format!(
+            r#"<?xml version="1.0"?><!-- <a> --> <robot name="r"><link name="a"/><drake:group name="g"/>
+<link name="b"/><joint name="turn" type="revolute"><parent link="a"/><child link="b"/>{more}
+<limit drake:acceleration="2" hsb:x="1" lower="-1" upper="1" velocity="2" effort="3"/></joint></robot>"#
+        )
+    };
+    let d = read_urdf(&text(""), &ReadOptions::default()).unwrap();
+    let ignored: Vec<String> = d.ignored.iter().map(ToString::to_string).collect();
+    let about = |what: &str| ignored.iter().find(|i| i.contains(what)).unwrap();
+    assert!(about("element <drake:group>").contains(":1:"), "{ignored:?}");
+    assert!(about("attribute drake:acceleration=\"2\"").contains(":3:"), "{ignored:?}");
+    about("attribute hsb:x=\"1\"");
+    // Places are those of the text as it was written, also on the line of the outermost element.
+    let plain = text("").replace("drake:", "").replace("hsb:", "");
+    let place = |text: &str| refused(text).faults[0].place.clone();
+    for (from, to) in [("name=\"a\"", "nome=\"a\""), ("type=\"revolute\"", "type=\"revolt\"")] {
+        assert_eq!(place(&text("").replacen(from, to, 1)), place(&plain.replacen(from, to, 1)));
+    }
+    assert_eq!(place(&text("<axis xyz=\"0 0\"/>")).line, 2);
+    // XML that is wrong besides is told at its own place.
+    let broken = text("").replace("</joint>", "</jont>");
+    let (there, here) = (place(&plain.replace("</joint>", "</jont>")), place(&broken));
+    let prefixes = "drake:hsb:".len() as u32;
+    assert_eq!((here.line, here.column), (there.line, there.column + prefixes));
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! `import: (..)` as written.
-use crate::body::mass::inertia_check;
 use crate::schema::kind::{flag, list_of, text, word};
 use crate::schema::record::{Presence, of, record};
 use crate::text::value::Text;
-use linkwork_formats::Root;
+use linkwork_formats::{Root, Unphysical};
 use linkwork_spatial::{InertiaCheck, Pose};
 
 record! {
@@ -22,8 +21,13 @@ record! {
         parent: Option<Text> = text().maybe(),
         /// Their pose there.
         at: Pose = of::<Pose>().or(Pose::identity()),
-        /// `PositiveMoments` accepts published data with lumped rotors.
-        inertia_check: InertiaCheck = inertia_check().or(InertiaCheck::Physical),
+        /// What becomes of moments that no body has: `Warn` reads them with a warning, `Physical` refuses them, `PositiveMoments` accepts
+        /// published data with lumped rotors.
+        inertia_check: ImportCheck = word(&[
+            ("Warn", ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Read }),
+            ("Physical", ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Refused }),
+            ("PositiveMoments", ImportCheck { inertia: InertiaCheck::PositiveMoments, unphysical: Unphysical::Refused }),
+        ]).or(ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Read }),
         /// Folders for `package://` and `model://` names.
         packages: Vec<Text> = list_of(text()).or(Vec::new()),
         /// The side-car, when it is not `rover.linkwork.ron` beside `rover.urdf`.
@@ -41,4 +45,11 @@ pub(crate) enum Kept {
     Couplings,
     Loops,
     Wheels,
+}
+
+/// What becomes of moments in the file that no body has.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) struct ImportCheck {
+    pub inertia: InertiaCheck,
+    pub unphysical: Unphysical,
 }

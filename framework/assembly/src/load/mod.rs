@@ -132,7 +132,7 @@ impl Loaded {
     /// shapes that collide while no phase has contact.
     #[must_use]
     pub fn warnings(&self) -> Vec<Fault> {
-        let mut all: Vec<Fault> = self.imports.iter().filter_map(Import::warning).collect();
+        let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
         let touches = |p: &PhaseSpec| {
             p.spec.mechanism().is_some_and(|m| {
                 m.contact.is_some() || m.compliant.is_some() || m.kinematic.is_some()

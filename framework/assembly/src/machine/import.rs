@@ -3,7 +3,7 @@
 //! The file's bodies become bodies of the assembly as if they had been written there: they can be bound,
 //! overridden and hung upon by their names. So do its couplings and loops, and its collision shapes when they are asked for.
 use crate::form::assembly::{Assembly, ItemForm};
-use crate::form::import::{ImportForm, Kept};
+use crate::form::import::{ImportCheck, ImportForm, Kept};
 use crate::machine::convert::{self, Collide};
 use crate::machine::sidecar;
 use crate::schema::kind::At;
@@ -36,10 +36,30 @@ pub struct Import {
 }
 
 impl Import {
+    /// What of the file is not in the assembly or was not used by the reader, and what was read though no body has it.
+    pub fn warnings(&self) -> impl Iterator<Item = Fault> {
+        [self.unused(), self.doubtful()].into_iter().flatten()
+    }
+
+    /// Mass properties that no body has and that were read all the same.
+    fn doubtful(&self) -> Option<Fault> {
+        let lines = &self.description.doubtful;
+        let first: Vec<String> = lines.iter().take(SHOWN).map(ToString::to_string).collect();
+        let more = lines.len().saturating_sub(SHOWN);
+        let more = if more > 0 { format!("\n    and {more} more") } else { String::new() };
+        let text = format!(
+            "`{}` has mass properties that no body has:\n    {}{more}",
+            self.file,
+            first.join("\n    ")
+        );
+        let help = "correct the file; `inertia_check: Physical` in the import refuses it, and `PositiveMoments` \
+                    says that rotors are lumped into it";
+        (!lines.is_empty()).then(|| Fault::new(self.origin, text).help(help))
+    }
+
     /// What of the file is not in the assembly, and what the reader did not use: a line for each kind of thing, with
     /// its first places.
-    #[must_use]
-    pub fn warning(&self) -> Option<Fault> {
+    fn unused(&self) -> Option<Fault> {
         let mut kinds: BTreeMap<String, Vec<String>> = BTreeMap::new();
         for line in &self.left_out {
             let (what, of) = line.split_once(" of ").unwrap_or((line, ""));
@@ -251,8 +271,8 @@ fn hang(cx: &mut Cx, import: &ImportForm, (form, field): (&mut ItemForm, &str)) 
 }
 
 fn options(import: &ImportForm, home: &Home) -> ReadOptions {
-    let mut out =
-        ReadOptions { root: import.root, inertia: import.inertia_check, ..ReadOptions::default() };
+    let ImportCheck { inertia, unphysical } = import.inertia_check;
+    let mut out = ReadOptions { root: import.root, inertia, unphysical, ..ReadOptions::default() };
     out.package_paths.extend(import.packages.iter().map(|t| match home {
         Home::Folder(home) => home.join(&t.text),
         Home::Embedded(_) => t.text.clone().into(),
