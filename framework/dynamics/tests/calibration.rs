@@ -285,3 +285,21 @@ fn what_cannot_be_told_or_is_no_number_is_refused() {
     assert!(fit(&W, &[0.0; 3], &[0.0], 1e-8).is_err());
     assert!(fit(&W, &[0.0; 2], &[0.0], 1e-8).unwrap_err().to_string().contains("`y` has 2"));
 }
+
+/// Nothing that moves, nothing at all: no parameter is told, and nothing panics.
+#[test]
+fn mechanisms_that_tell_nothing_answer() {
+    let mut welded = Builder::new();
+    welded.body(BodySpec::new("post", "world").mass(mass(&mut Rng(1))));
+    for (builder, parameters) in [(Builder::new(), 0), (welded, 10)] {
+        let tree = Tree::new(&builder.build().unwrap());
+        let W = structural_regressor(&tree, gravity(), 1).unwrap();
+        let told = Identifiable::of(&W, 1e-8);
+        assert_eq!((told.rank(), told.without_influence().len()), (0, parameters));
+        let mut data = InertialData::new(&tree, gravity()).unwrap();
+        data.add(&[], &[], &[], &[]).unwrap();
+        assert_eq!(data.fit(1e-8).unwrap_err(), CalibrationError::TooFew { rows: 0, rank: 0 });
+    }
+    let found = fit(&DMatrix::zeros(3, 2), &[1.0, 1.0, 1.0], &[4.0, 5.0], 1e-8).unwrap();
+    assert_eq!((found.parameters, found.residual), (vec![4.0, 5.0], 1.0));
+}

@@ -173,3 +173,11 @@ fn the_same_bits_without_allocation() {
     assert_eq!(counted.count_total, 0, "{counted:?}");
     assert_eq!(kept[0], kept[1]);
 }
+
+#[test]
+fn a_problem_of_no_numbers_has_its_answer() {
+    let mut problem = Priorities::new(0, 0, 0);
+    problem.begin();
+    assert_eq!(problem.level(&[], &[]), Ok(Met { residual: 0.0, free: 0 }));
+    assert!(problem.x().is_empty());
+}

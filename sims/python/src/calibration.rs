@@ -346,7 +346,7 @@ impl Mechanism {
             }
         };
         let mut all = Vec::with_capacity(n);
-        for (q, x) in q.slice().chunks_exact(nq).zip(seen.slice().chunks_exact(width)) {
+        for (q, x) in q.slice().chunks_exact(nq.max(1)).zip(seen.slice().chunks_exact(width)) {
             let attitude = match x {
                 [_, _, _, a, b, c, w] => {
                     let raw = Quaternion::new(*w, *a, *b, *c);

@@ -72,7 +72,7 @@ impl<'a> InertialData<'a> {
         regressor(self.tree, &self.ws, &mut self.Y);
         self.rows.extend_from_slice(&self.Y);
         let width = self.prior.len();
-        for (i, row) in self.Y.chunks_exact(width).enumerate() {
+        for (i, row) in self.Y.chunks_exact(width.max(1)).enumerate() {
             // What inverse dynamics has beside Y π: the armature.
             let known: f64 = row.iter().zip(&self.prior).map(|(y, p)| y * p).sum();
             self.right.push(tau[i] - (self.tau[i] - known));

@@ -133,8 +133,13 @@ impl Identifiable {
             let column = W.column(base[k]);
             column[i] / column.norm()
         });
-        let singular = scaled.singular_values();
-        let condition = if rank == 0 { 1.0 } else { singular.max() / singular.min() };
+        let condition = match rank {
+            0 => 1.0,
+            _ => {
+                let singular = scaled.singular_values();
+                singular.max() / singular.min()
+            }
+        };
         Self { base, combinations, condition }
     }
 
@@ -194,6 +199,14 @@ pub fn fit(
     let (rows, rank) = (W.nrows(), identifiable.rank());
     if rows <= rank {
         return Err(CalibrationError::TooFew { rows, rank });
+    }
+    if rank == 0 {
+        // Nothing is told.
+        let square: f64 = y.iter().map(|y| y * y).sum();
+        let residual = (square / rows as f64).sqrt();
+        let (base, deviations) = (Vec::new(), Vec::new());
+        let parameters = prior.to_vec();
+        return Ok(Fit { identifiable, base, deviations, parameters, residual });
     }
     let C = &identifiable.combinations;
     let prior = DVector::from_column_slice(prior);

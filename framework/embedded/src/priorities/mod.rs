@@ -123,7 +123,7 @@ impl Priorities {
     pub fn level(&mut self, A: &[f64], b: &[f64]) -> Result<Met, NoSolution> {
         let (n, rows, free) = (self.n, b.len(), self.free);
         assert!(A.len() == rows * n && rows <= self.rows, "room for {} rows of {n}", self.rows);
-        for (i, row) in A.chunks_exact(n).enumerate() {
+        for (i, row) in A.chunks_exact(n.max(1)).enumerate() {
             self.e[i] = b[i] - dot(row, &self.x);
             for k in 0..free {
                 self.B[free * i + k] = dot(row, &self.Z[n * k..n * (k + 1)]);
@@ -131,7 +131,7 @@ impl Priorities {
         }
         // Beside the rows as they were given: what earlier levels have settled leaves round-off alone.
         let length = |x: &[f64]| dot(x, x).sqrt();
-        let greatest = A.chunks_exact(n).map(length).fold(0.0, f64::max);
+        let greatest = A.chunks_exact(n.max(1)).map(length).fold(0.0, f64::max);
         let rank = self.decompose(rows, greatest);
         self.solve(rows, rank)?;
         // x = x + Z V (w, t); Z ← Z V₂.
@@ -147,7 +147,7 @@ impl Priorities {
         }
         self.free = free - rank;
         self.Z[..n * self.free].copy_from_slice(&self.next[n * rank..n * free]);
-        let rest = A.chunks_exact(n).zip(b).map(|(row, b)| dot(row, &self.x) - b);
+        let rest = A.chunks_exact(n.max(1)).zip(b).map(|(row, b)| dot(row, &self.x) - b);
         Ok(Met { residual: rest.map(|x| x * x).sum::<f64>().sqrt(), free: self.free })
     }
 
