@@ -39,6 +39,7 @@
 
 mod articulated;
 mod batch;
+pub mod calibration;
 mod centroidal;
 pub mod checked;
 mod columns;

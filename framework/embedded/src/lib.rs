@@ -1,5 +1,5 @@
 //! The robot model that autonomy software embeds: parts by name, kinematics, inverse kinematics,
-//! collisions, what the hands hold, forces.
+//! collisions, what the hands hold, forces, motions in time.
 //!
 //! ```text
 //! RobotModel   what never changes: bodies, parts, objects             shared: Arc, Sync
@@ -14,6 +14,10 @@
 //!
 //! [`Robot::reach`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once
 //! ([`RobotModel::closed_form`], [`Robot::reach_all`]).
+//!
+//! A way gets its times by [`Timing`]: as fast as limits of rate, acceleration and effort allow, what is held counted. [`Transfer`] goes from any state to any
+//! other within limits of jerk. [`RateControl`] and [`WholeBody`] give rates and forces for wishes in order of priority, away from limits and singular
+//! configurations, with contacts that press and do not slip; [`TaskSpace`] operational space and impedance; [`support_polygon`] where a robot stands firm.
 //!
 //! Angular part first, world axes, SI and radians throughout. Columns are the degrees of freedom of
 //! the mechanism in canonical order ([`RobotModel::coordinate`] finds a joint's), or those of a part in the same order.
@@ -62,7 +66,9 @@ mod linkage;
 mod manipulability;
 mod model;
 mod part;
+mod priorities;
 mod robot;
+mod support;
 
 pub use bounded::{Sweeps, bounded};
 pub use closed_form::ClosedForm;
@@ -72,14 +78,18 @@ pub use linkwork_collision::{
     Visibility,
 };
 pub use linkwork_dynamics as dynamics;
-pub use linkwork_dynamics::inverse_kinematics::Residual;
+pub use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Residual, Towards};
 pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
 pub use manipulability::{Manipulability, Rows};
 pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
+pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{
-    Answer, Balance, Best, Effort, Friction, Goal, Grasp, Gripped, HandWeights, Hold, MoveSqueeze,
-    Outcome, Path, PathProgress, Planner, Prefer, Push, Robot, Search, Shared, TaskSpace, Way,
+    Aim, Answer, Balance, Balanced, Best, Effort, Friction, Goal, Grasp, Gripped, Guards,
+    HandWeights, Hold, Impedance, MotionLimits, MotionState, MoveSqueeze, Outcome, Path,
+    PathProgress, Planner, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace, Timed,
+    Timing, Touch, Transfer, Transferred, Way, WholeBody, Wish,
 };
+pub use support::{support_margin, support_polygon};

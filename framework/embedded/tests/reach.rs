@@ -279,3 +279,43 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     assert!(robot.reach_best(arm, &ok, &none, &normal, &mut q).is_err());
     assert_eq!(robot.reach(arm, &ok, &normal, &mut q).unwrap().outcome, Outcome::Met);
 }
+
+/// A tip at a place with one axis given, in the world and in the base of its chain; the turn about the axis is free, so that limits leave more.
+#[test]
+fn an_axis_in_place_of_an_attitude() {
+    let Some(model) = dual(vec![]) else { return };
+    let left = model.part("left").unwrap();
+    let mut robot = Robot::new(&model);
+    let mut met = 0;
+    for seed in 0..40 {
+        let there = model.multibody().random_q(seed);
+        robot.set_q(&there).unwrap();
+        let (X, B) = (robot.tip_pose(left).unwrap(), robot.base_pose(left).unwrap());
+        let axis = Vec3::new(0.1, -0.3, 0.9).normalize();
+        let along = X.rotation * axis;
+        let world = Goal::position(X.position).and_pointing(Pointing::along(axis, along));
+        let inside = B.inverse() * X;
+        let base = Goal::position(inside.position)
+            .and_pointing(Pointing::along(axis, B.rotation.inverse() * along))
+            .in_base();
+        for goal in [world, base] {
+            let mut q = model.multibody().neutral_q();
+            let answer = robot.reach(left, &goal, &Effort::default(), &mut q).unwrap();
+            if answer.outcome == Outcome::Met {
+                robot.set_q(&q).unwrap();
+                let Y = robot.tip_pose(left).unwrap();
+                assert!((Y.position - X.position).norm() < 2e-9, "{seed}");
+                assert!((Y.rotation * axis).cross(&along).norm() < 3e-9, "{seed}");
+                met += 1;
+            }
+        }
+    }
+    assert!(met >= 78, "{met} of 80");
+    let mut q = model.multibody().neutral_q();
+    let bad = Goal::pointing(Pointing::along(Vec3::z(), Vec3::z() * 2.0));
+    let told = robot.reach(left, &bad, &Effort::default(), &mut q).unwrap_err().to_string();
+    assert!(told.contains("length 1"), "{told}");
+    let wide = Goal::pointing(Pointing::along(Vec3::z(), Vec3::z()).within(4.0));
+    let told = robot.reach(left, &wide, &Effort::default(), &mut q).unwrap_err().to_string();
+    assert!(told.contains("cone"), "{told}");
+}

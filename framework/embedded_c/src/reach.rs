@@ -39,6 +39,8 @@ impl LwGoal {
             orientation: orientation.transpose()?,
             weights: self.weights,
             in_base: asks(LW_GOAL_IN_BASE),
+            place: linkwork_embedded::Place::Point,
+            pointing: None,
         })
     }
 }

@@ -128,25 +128,43 @@ impl Element {
     }
 }
 
-/// Starts of lines, so that a place costs a binary search.
+/// Bytes between two marks of a long line.
+const APART: usize = 512;
+
+/// Places with their lines and columns, at starts of lines and in between where a line is long: a place costs a binary search and a few characters, also in a
+/// text that is all one line.
 struct Lines<'a> {
     text: &'a str,
-    starts: Vec<usize>,
+    /// Offset, line and column, from 1.
+    marks: Vec<(usize, u32, u32)>,
     added: Added,
 }
 
 impl<'a> Lines<'a> {
     /// Of the text as it was written; offsets are those of the text with what was `added`.
     fn new(text: &'a str, added: Added) -> Self {
-        let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
-        Self { text, starts: std::iter::once(0).chain(ends).collect(), added }
+        let (mut marks, mut line, mut column) = (vec![(0, 1, 1)], 1, 1);
+        let mut last = 0;
+        for (at, c) in text.char_indices() {
+            if at - last >= APART {
+                marks.push((at, line, column));
+                last = at;
+            }
+            column += 1;
+            if c == '\n' {
+                (line, column, last) = (line + 1, 1, at + 1);
+                marks.push((last, line, column));
+            }
+        }
+        Self { text, marks, added }
     }
 
     fn at(&self, offset: usize) -> (u32, u32) {
         let offset = self.added.original(offset);
-        let line = self.starts.partition_point(|s| *s <= offset).max(1);
-        let before = self.text.get(self.starts[line - 1]..offset).unwrap_or_default();
-        (line as u32, before.chars().count() as u32 + 1)
+        let mark = self.marks.partition_point(|m| m.0 <= offset).max(1);
+        let (start, line, column) = self.marks[mark - 1];
+        let before = self.text.get(start..offset).unwrap_or_default();
+        (line, before.chars().count() as u32 + column)
     }
 }
 
@@ -311,5 +329,29 @@ fn convert(node: roxmltree::Node<'_, '_>, file: &Rc<str>, lines: &Lines<'_>) -> 
         line,
         column,
         used: Cell::new(false),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against counting from the beginning, in short lines and long ones, with characters of several bytes; no count goes far.
+    #[test]
+    fn places_are_those_of_counting() {
+        let long = "<é a='ü'/>€".repeat(900);
+        let text = format!("one\ntwo\r\n{long}\n\nfive {long}");
+        let lines = Lines::new(&text, Added::default());
+        for (offset, _) in text.char_indices().step_by(7) {
+            let before = &text[..offset];
+            let line = before.matches('\n').count() + 1;
+            let start = before.rfind('\n').map_or(0, |n| n + 1);
+            let column = before[start..].chars().count() + 1;
+            assert_eq!(lines.at(offset), (line as u32, column as u32), "{offset}");
+        }
+        let far = lines.marks.windows(2).map(|m| m[1].0 - m[0].0).max();
+        assert!(far.is_some_and(|far| far < APART + 8) && lines.marks[0].0 == 0, "{far:?}");
+        assert!(text.len() - lines.marks[lines.marks.len() - 1].0 < APART + 8);
+        assert_eq!(Lines::new("", Added::default()).at(0), (1, 1));
     }
 }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"LWCKPT03";
 /// The format before it knew of pins; the same without them.
@@ -322,13 +322,27 @@ fn layout(plan: &Plan) -> Vec<String> {
     names
 }
 
+/// The file that a path leads to: a checkpoint takes a file's place, never that of a link or of what is no file.
+fn target(path: &Path) -> Result<PathBuf, &'static str> {
+    match std::fs::canonicalize(path) {
+        Ok(there) if there.is_file() => Ok(there),
+        Ok(_) => Err("it is no file"),
+        Err(_) if path.is_symlink() => Err("it is a link that leads nowhere"),
+        // Nothing is there, or its folder is not: writing tells.
+        Err(_) => Ok(path.to_owned()),
+    }
+}
+
 impl Checkpoint {
-    /// Writes it beside the target and renames, so that a full disk leaves the old one.
+    /// Writes it beside the target and renames, so that a full disk leaves the old one. Behind a symbolic link the target is the file that the link names; the
+    /// link stays.
     ///
     /// # Errors
-    /// [`CheckpointError::Io`].
+    /// [`CheckpointError::Io`], also for what is there and is no file (a folder, a device, a pipe) and for a link that leads nowhere.
     pub fn write(&self, path: &Path) -> Result<(), CheckpointError> {
         let io = |source| CheckpointError::Io { path: path.display().to_string(), source };
+        let own = target(path).map_err(|why| io(std::io::Error::other(why)))?;
+        let path = own.as_path();
         let bytes = self.to_bytes().map_err(|why| {
             let path = path.display().to_string();
             CheckpointError::Format { path, why }

@@ -121,6 +121,29 @@ fn damaged_and_foreign_checkpoints_are_refused() {
     assert!(text.contains("b.int.state.x") && text.contains("b.other.state.x"), "{text}");
 }
 
+/// A link stays, and its file is written; what is no file is left alone.
+#[cfg(unix)]
+#[test]
+fn a_checkpoint_goes_through_a_link_and_takes_no_folders_place() {
+    let checkpoint = Simulation::new(plan(&zoo())).checkpoint("").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("real.lwck"), "before").unwrap();
+    std::os::unix::fs::symlink(at("real.lwck"), at("link.lwck")).unwrap();
+    checkpoint.write(&at("link.lwck")).unwrap();
+    assert!(at("link.lwck").is_symlink());
+    assert_eq!(Checkpoint::read(&at("real.lwck")).unwrap().lanes, checkpoint.lanes);
+    std::os::unix::fs::symlink(at("nowhere"), at("lost.lwck")).unwrap();
+    let told = checkpoint.write(&at("lost.lwck")).unwrap_err().to_string();
+    assert!(told.contains("leads nowhere") && at("lost.lwck").is_symlink(), "{told}");
+    std::fs::create_dir(at("folder")).unwrap();
+    for path in [at("folder"), "/dev/null".into()] {
+        let told = checkpoint.write(&path).unwrap_err().to_string();
+        assert!(told.contains("no file"), "{told}");
+    }
+    assert!(!std::fs::metadata("/dev/null").unwrap().is_file());
+}
+
 #[test]
 fn special_numbers_survive_a_checkpoint() {
     let mut sim = Simulation::new(plan(&zoo()));

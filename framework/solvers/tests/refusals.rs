@@ -311,6 +311,48 @@ fn massless_members() {
     }
 }
 
+/// A strut without mass in a loop of more dofs than `Auto` embeds by itself: it embeds, since rows cannot do it; with mass the rows agree.
+#[test]
+fn auto_embeds_a_massless_strut_in_a_large_loop() {
+    let chain = |strut: MassProperties| {
+        let mut b = Builder::new();
+        for i in 0..8 {
+            let parent = if i == 0 { "world".to_owned() } else { format!("l{}", i - 1) };
+            let at = Pose::translation(if i == 0 { 0.0 } else { 0.4 }, 0.0, 0.0);
+            let mass = if i == 7 { strut } else { solid() };
+            let spec = BodySpec::new(format!("l{i}"), parent).hinge_in_parent(at).mass(mass);
+            b.body(spec.hinge(Hinge::pin(Vec3::z())));
+        }
+        b.loop_closure(closure("close", "world", "l7", in_plane()));
+        b.build().unwrap()
+    };
+    let none = chain(MassProperties::massless());
+    let q: Vec<f64> = (0..8).map(|i| 0.3 + 0.17 * f64::from(i)).collect();
+    let answer = |mbs: &Multibody, t: Treatment| {
+        let tree = Tree::new(mbs);
+        let mut solver = ConstrainedSolver::new(&tree, |_| t);
+        let mut ws = Workspace::new(&tree);
+        kinematics(&tree, &mut ws, &q, &[0.1; 8]);
+        ws.apply_uniform_gravity(Vec3::new(0.3, -9.8, 0.1));
+        let mut vdot = vec![0.0; 8];
+        let state = (&q[..], &[0.1; 8][..]);
+        let told =
+            solver.forward_given_kinematics(&tree, &mut ws, state, &[], &mut [0.2; 8], &mut vdot);
+        told.map(|_| vdot)
+    };
+    assert!(answer(&none, Treatment::Augment).is_err());
+    let auto = answer(&none, Treatment::Auto).unwrap();
+    assert_eq!(auto, answer(&none, Treatment::Embed).unwrap());
+    // A strut of next to no mass, as rows: the same within what its mass does.
+    let light = MassProperties::new(1e-7, Vec3::new(0.2, 0.0, 0.0), Mat3::identity() * 1e-8);
+    let rows = answer(&chain(light), Treatment::Augment).unwrap();
+    let by_rule = answer(&chain(light), Treatment::Auto).unwrap();
+    assert_eq!(rows, by_rule, "eight dofs with mass are rows by rule");
+    for (a, b) in auto.iter().zip(&rows) {
+        assert!((a - b).abs() < 1e-4 * (1.0 + a.abs()), "{auto:?} {rows:?}");
+    }
+}
+
 /// Links that are too short: the error names the loop, says what is left, and q stays finite.
 #[test]
 fn a_loop_that_cannot_close() {

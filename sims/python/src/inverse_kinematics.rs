@@ -4,7 +4,7 @@ use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::Mechanism;
 use crate::values::pairs;
-use linkwork_dynamics::inverse_kinematics::Progress;
+use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Progress};
 use linkwork_dynamics::{self as dynamics, InverseKinematics, InverseKinematicsError};
 use linkwork_spatial::{Mat3, Motion, Quat, Vec3, quat};
 use numpy::PyArray1;
@@ -13,9 +13,12 @@ use pyo3::types::PyDict;
 
 /// Where a frame is to be. `at` says what by its shape: (3,) the position of its origin, m; (4,) its
 /// attitude as a quaternion [x y z w]; (3, 3) the same as a rotation matrix; (7,) position and
-/// quaternion; (4, 4) a pose. relative_to: a frame of the mechanism, or None for the world. The
+/// quaternion; (4, 4) a pose; None: nothing. relative_to: a frame of the mechanism, or None for the world. The
 /// weights are what 1 m and 1 rad count in the sum of squares.
-/// Raises LinkworkError for another shape, NaN, and a matrix that is no rotation.
+///
+/// Parts of a pose: axis (3,), an axis of the frame, points along a direction (3,) or to a point look_at (3,), m, within rad of it (a cone); the turn about it is free.
+/// plane (3,): of the position only what is along this normal counts; line (3,): only what is across this direction. Directions may have any length.
+/// Raises LinkworkError for another shape, NaN, a matrix that is no rotation, directions without length, and an axis beside an attitude.
 ///
 /// >>> pin = linkwork.Hinge.pin([0, 1, 0])
 /// >>> arm = linkwork.Builder().body("upper", "world", pin, mass=2).body("lower", "upper", pin, mass=1, hinge_in_parent=[1, 0, 0]).node("tip", "lower", [1, 0, 0]).build()
@@ -25,6 +28,10 @@ use pyo3::types::PyDict;
 /// >>> q = arm.inverse_kinematics([0.1, 0.5], [target])
 /// >>> bool(np.allclose(arm.state(q).position("tip"), [1.2, 0, -0.5]))
 /// True
+/// >>> seen = arm.inverse_kinematics([0.1, 0.5], [linkwork.Target("tip", axis=[1, 0, 0], look_at=[2, 0, -1])])
+/// >>> X = arm.state(seen).pose("tip")
+/// >>> bool(np.allclose(np.cross(X[:3, 0], [2, 0, -1] - X[:3, 3]), 0))
+/// True
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Target {
     frame: String,
@@ -32,27 +39,85 @@ pub struct Target {
     position: Option<Vec3>,
     orientation: Option<Quat>,
     weights: (f64, f64),
+    place: Place,
+    pointing: Option<Pointing>,
+}
+
+/// Parts of a pose as they are given.
+pub struct Parts<'a, 'py> {
+    pub axis: Option<&'a Bound<'py, PyAny>>,
+    pub along: Option<&'a Bound<'py, PyAny>>,
+    pub look_at: Option<&'a Bound<'py, PyAny>>,
+    pub within: f64,
+    pub plane: Option<&'a Bound<'py, PyAny>>,
+    pub line: Option<&'a Bound<'py, PyAny>>,
+}
+
+impl Parts<'_, '_> {
+    /// What of a position counts, and where an axis points.
+    pub fn read(&self) -> PyResult<(Place, Option<Pointing>)> {
+        let direction = |given: &Bound<'_, PyAny>, what: &str| {
+            let v = Vec3::from(fixed::<3>(given, what)?);
+            let length = v.norm();
+            let help = "give a direction, of any length above zero";
+            let none = || refuse_with(format!("`{what}` has no length"), help);
+            if length > 0.0 && length.is_finite() { Ok(v / length) } else { Err(none()) }
+        };
+        let place = match (self.plane, self.line) {
+            (None, None) => Place::Point,
+            (Some(n), None) => Place::Plane(direction(n, "plane")?),
+            (None, Some(u)) => Place::Line(direction(u, "line")?),
+            (Some(_), Some(_)) => {
+                return Err(refuse_with("both `plane` and `line` are given", "give one of them"));
+            }
+        };
+        let help = "give `axis`, and either `along` or `look_at`";
+        let pointing = match (self.axis, self.along, self.look_at) {
+            (None, None, None) if self.within == 0.0 => None,
+            (Some(axis), Some(a), None) => {
+                Some(Pointing::along(direction(axis, "axis")?, direction(a, "along")?))
+            }
+            (Some(axis), None, Some(x)) => {
+                let point = Vec3::from(fixed::<3>(x, "look_at")?);
+                Some(Pointing::at(direction(axis, "axis")?, point))
+            }
+            _ => return Err(refuse_with("where an axis points is said by half, or twice", help)),
+        };
+        Ok((place, pointing.map(|p| p.within(self.within))))
+    }
 }
 
 #[pymethods]
 impl Target {
     #[new]
-    #[pyo3(signature = (frame, at, *, relative_to=None, position_weight=1.0, orientation_weight=1.0))]
+    #[pyo3(signature = (frame, at=None, *, relative_to=None, position_weight=1.0, orientation_weight=1.0, axis=None, along=None, look_at=None, within=0.0, plane=None, line=None))]
+    #[allow(clippy::too_many_arguments)]
     fn new(
         frame: String,
-        at: &Bound<'_, PyAny>,
+        at: Option<&Bound<'_, PyAny>>,
         relative_to: Option<String>,
         position_weight: f64,
         orientation_weight: f64,
+        axis: Option<&Bound<'_, PyAny>>,
+        along: Option<&Bound<'_, PyAny>>,
+        look_at: Option<&Bound<'_, PyAny>>,
+        within: f64,
+        plane: Option<&Bound<'_, PyAny>>,
+        line: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let (position, orientation) = place(at, &format!("target of \"{frame}\""))?;
+        let what = format!("target of \"{frame}\"");
+        let (position, orientation) = at.map_or(Ok((None, None)), |at| self::place(at, &what))?;
         let weights = (position_weight, orientation_weight);
-        Ok(Self { frame, relative_to, position, orientation, weights })
+        let (place, pointing) = Parts { axis, along, look_at, within, plane, line }.read()?;
+        Ok(Self { frame, relative_to, position, orientation, weights, place, pointing })
     }
     fn __repr__(&self) -> String {
-        let what = match (self.position, self.orientation) {
-            (Some(_), Some(_)) => "pose",
-            (Some(_), None) => "position",
+        let what = match (self.position, self.orientation, self.pointing) {
+            (Some(_), Some(_), _) => "pose",
+            (Some(_), _, Some(_)) => "position and axis",
+            (Some(_), None, None) => "position",
+            (None, None, Some(_)) => "axis",
+            (None, None, None) => "nothing",
             _ => "attitude",
         };
         format!("Target({what} of {})", self.frame)
@@ -60,6 +125,21 @@ impl Target {
 }
 
 impl Target {
+    /// What is told by its shape alone.
+    fn of(frame: String, at: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let (position, orientation) = place(at, &format!("target of \"{frame}\""))?;
+        let (relative_to, weights, pointing) = (None, (1.0, 1.0), None);
+        Ok(Self {
+            frame,
+            relative_to,
+            position,
+            orientation,
+            weights,
+            place: Place::Point,
+            pointing,
+        })
+    }
+
     fn resolve(&self, core: &Core) -> PyResult<dynamics::Target> {
         let relative_to = self.relative_to.as_deref().map(|f| core.frame(f)).transpose()?;
         Ok(dynamics::Target {
@@ -69,6 +149,8 @@ impl Target {
             orientation: self.orientation,
             position_weight: self.weights.0,
             orientation_weight: self.weights.1,
+            place: self.place,
+            pointing: self.pointing,
         })
     }
 }
@@ -207,7 +289,7 @@ impl Mechanism {
         let mut list = Vec::new();
         if let Ok(map) = targets.cast::<PyDict>() {
             for (frame, at) in pairs(map) {
-                list.push(Target::new(frame.extract()?, &at, None, 1.0, 1.0)?.resolve(core)?);
+                list.push(Target::of(frame.extract()?, &at)?.resolve(core)?);
             }
         } else {
             for target in targets.try_iter()? {

@@ -14,7 +14,7 @@
 //! | `collisions` | `Collisions`: whether a robot touches itself or obstacles |
 //! | `robot` | `Robot`: the embedded robot model |
 //! | `copies` | `copy` and `pickle` of a `Mechanism` |
-//! | `algorithms`, `derivatives` | more algorithms of `Mechanism` |
+//! | `algorithms`, `derivatives`, `calibration` | more algorithms of `Mechanism` |
 //! | `batch` | one state or many; threads and lanes |
 //! | `inverse_kinematics`, `edit`, `frames` | `Target`, `Edit`, `Frames` |
 //! | `operators` | `Operators`, `Operator`: expressions |
@@ -37,6 +37,7 @@ mod algorithms;
 mod array;
 mod batch;
 mod builder;
+mod calibration;
 mod campaign;
 mod collisions;
 mod constraints;

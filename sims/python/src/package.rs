@@ -1,5 +1,6 @@
 //! Which package this is: its models, and the module that everything is put into.
 use crate::builder::{Builder, Hinge, Subhinge};
+use crate::calibration::{Calibration, Identifiable};
 use crate::campaign::{Campaign, Gathering, Outcome, Results};
 use crate::collisions::Collisions;
 use crate::constraints::{ConstrainedMotion, Constraint, Rank};
@@ -11,7 +12,7 @@ use crate::inverse_kinematics::{RateTarget, Target};
 use crate::log::{Log, Series};
 use crate::mechanism::{Mechanism, Subgraph};
 use crate::operators::{Operator, Operators};
-use crate::robot::{Grip, Robot};
+use crate::robot::{Grip, Robot, Trajectory, WholeBodyForces};
 use crate::simulation::Simulation;
 use crate::state::State;
 use crate::values::Variable;
@@ -71,10 +72,13 @@ pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &st
     classes!(Builder, Hinge, Subhinge, Campaign, Gathering, Outcome, Results);
     classes!(ConstrainedMotion, Constraint, Rank, Collider, Collisions, Contact, ContactStep);
     classes!(Edit, Report, Frames, RateTarget, Target, Grip, Robot, Log, Series);
+    classes!(Calibration, Identifiable, Trajectory, WholeBodyForces);
     classes!(Mechanism, Subgraph, Operator, Operators, Simulation, State, Variable);
     module.add("LinkworkError", module.py().get_type::<LinkworkError>())?;
     module.add_function(wrap_pyfunction!(crate::copies::_restore, module)?)?;
     module.add_function(wrap_pyfunction!(crate::log::read_log, module)?)?;
+    module.add_function(wrap_pyfunction!(crate::robot::support_polygon, module)?)?;
+    module.add_function(wrap_pyfunction!(crate::robot::support_margin, module)?)?;
     module.add_function(wrap_pyfunction!(crate::mechanism::load, module)?)?;
     module.add_function(wrap_pyfunction!(crate::processor::_levels, module)?)?;
     module.add("__version__", version)?;

@@ -4,22 +4,27 @@ use crate::collisions::Collisions;
 use crate::contact::{Collider, chosen};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use crate::inverse_kinematics::{PORTION, place};
+use crate::inverse_kinematics::{PORTION, Parts, place};
 use crate::mechanism::{Mechanism, choice};
 use crate::values::pairs;
 use linkwork_embedded::{
     ClosedForm, Effort, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Rows, Search,
     Way, formats,
 };
+use linkwork_multibody::BodyId;
 use linkwork_runtime::remedy;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+mod control;
 mod force;
 mod hold;
+mod motion;
+pub use control::{WholeBodyForces, support_margin, support_polygon};
 pub use hold::Grip;
+pub use motion::Trajectory;
 
 /// Random places between two looks at Ctrl-C.
 const DRAWS: usize = 50;
@@ -66,6 +71,14 @@ impl Collisions {
         self.model.object(name).ok_or_else(|| {
             let known: Vec<&str> = self.model.objects().map(|o| o.1).collect();
             refuse_with(format!("there is no object `{name}`"), remedy(name, "objects", &known))
+        })
+    }
+
+    fn body(&self, name: &str) -> PyResult<BodyId> {
+        let mbs = self.model.multibody();
+        mbs.body(name).ok_or_else(|| {
+            let known: Vec<&str> = mbs.bodies().iter().map(|b| b.name()).collect();
+            refuse_with(format!("there is no body `{name}`"), remedy(name, "bodies", &known))
         })
     }
 
@@ -252,30 +265,39 @@ impl Robot {
     /// The robot's own q does not change.
     ///
     /// at says what is asked by its shape: (3,) the position of the tip, m; (4,) its attitude [x y z w]; (3, 3) the same as a matrix; (7,) position and
-    /// attitude; (4, 4) a pose; in the world, or in the chain's base with in_base. Tolerances in m and rad; steps from a start, and starts elsewhere, the same
-    /// ones each time. Raises LinkworkError when no start led there: its attribute `q` is then the nearest configuration, `residual` (m, rad) how far it is.
+    /// attitude; (4, 4) a pose; None: nothing; in the world, or in the chain's base with in_base. axis, along, look_at, within, plane, line: parts of a pose, as of `Target`.
+    /// Tolerances in m and rad; steps from a start, and starts elsewhere, the same ones each time. Raises LinkworkError when no start led there: its attribute `q` is then the nearest configuration, `residual` (m, rad) how far it is.
     ///
     /// >>> robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3]).shape
     /// (3,)
     /// >>> robot.inverse_kinematics("arm", [5.0, 0, 0], q=[0.3, 0.3, 0.3])  # doctest: +ELLIPSIS
     /// Traceback (most recent call last):
     /// linkwork.LinkworkError: ...
-    #[pyo3(signature = (part, at, q=None, *, in_base=false, position_tolerance=1e-9, orientation_tolerance=1e-9, steps=100, restarts=64))]
+    /// >>> pointed = robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3], axis=[1, 0, 0], along=[0, 0, 1], within=0.5)
+    #[pyo3(signature = (part, at=None, q=None, *, in_base=false, position_tolerance=1e-9, orientation_tolerance=1e-9, steps=100, restarts=64, axis=None, along=None, look_at=None, within=0.0, plane=None, line=None))]
+    #[allow(clippy::too_many_arguments)]
     fn inverse_kinematics<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
-        at: Given<'_, 'py>,
+        at: Option<Given<'_, 'py>>,
         q: Option<Given<'_, 'py>>,
         in_base: bool,
         position_tolerance: f64,
         orientation_tolerance: f64,
         steps: usize,
         restarts: usize,
+        axis: Option<Given<'_, 'py>>,
+        along: Option<Given<'_, 'py>>,
+        look_at: Option<Given<'_, 'py>>,
+        within: f64,
+        plane: Option<Given<'_, 'py>>,
+        line: Option<Given<'_, 'py>>,
     ) -> PyResult<Array1<'py>> {
         let (own, name) = (base(slf), part);
         let part = own.part(name)?;
-        let (position, orientation) = place(at, "at")?;
-        let goal = Goal { position, orientation, weights: [1.0; 2], in_base };
+        let (position, orientation) = at.map_or(Ok((None, None)), |at| place(at, "at"))?;
+        let (place, pointing) = Parts { axis, along, look_at, within, plane, line }.read()?;
+        let goal = Goal { position, orientation, weights: [1.0; 2], in_base, place, pointing };
         let mut q = own.q_or_own(q)?;
         let tolerances = [
             above_zero("position_tolerance", position_tolerance)?,
@@ -339,7 +361,12 @@ impl Robot {
         let own = base(slf);
         let part = own.part(part)?;
         let (position, orientation) = place(at, "at")?;
-        let goal = Goal { position, orientation, weights: [1.0; 2], in_base };
+        let goal = Goal {
+            position,
+            orientation,
+            in_base,
+            ..Goal::pose(linkwork_spatial::Pose::identity())
+        };
         let q = own.q_or_own(q)?;
         let closed = own.model.closed_form(part, held).map_err(refuse)?;
         let mut out = vec![0.0; ClosedForm::MOST * q.len()];

@@ -13,7 +13,7 @@ use linkwork_runtime::{self as runtime, Checkpoint, Place, Plan, Program, Second
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -225,7 +225,7 @@ impl Simulation {
             let checkpoint = r.sim().checkpoint(&self.configuration);
             let mut checkpoint = checkpoint.map_err(|e| e.to_string())?;
             checkpoint.extra.extend(carried);
-            checkpoint.write(&target(&path)?).map_err(|e| e.to_string())
+            checkpoint.write(&path).map_err(|e| e.to_string())
         };
         self.with(py, write)?.map_err(refuse)
     }
@@ -472,19 +472,5 @@ impl Simulation {
             r.runner().call(period);
             r.calls.push(function);
         })
-    }
-}
-
-/// The file that a path leads to. A checkpoint takes a file's place, so that there is never half of one: behind a link that is the file that the link
-/// names, and what is no file, such as a device, is refused.
-fn target(path: &Path) -> Result<PathBuf, String> {
-    match std::fs::canonicalize(path) {
-        // Nothing is there, or its folder is not: writing tells.
-        Err(_) => Ok(path.to_owned()),
-        Ok(there) if there.is_file() => Ok(there),
-        Ok(_) => {
-            let path = path.display();
-            Err(format!("`{path}` is there, and is no file\n  help: give the name of a file"))
-        }
     }
 }

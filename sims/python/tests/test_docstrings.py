@@ -28,7 +28,7 @@ REFUSE_NOTHING = {
     "Log": {"keys"},
     "Mechanism": {"couplings", "neutral_q", "random_q", "random_v", "initial_q", "to_ron", "inertial_parameters"},
     "State": {"center_of_mass", "com_velocity", "momentum", "kinetic_energy", "potential_energy", "clear_wrenches"},
-    "Robot": {"copy", "gravity_forces", "mass_matrix", "center_of_mass"},
+    "Robot": {"copy", "gravity_forces", "mass_matrix", "center_of_mass", "centroidal_matrix"},
     "Attached": {"close"},
 }
 
@@ -39,6 +39,7 @@ REFUSING = {"Mechanism": {"gravity"}, "Robot": {"q"}, "Simulation": {"mechanism"
 NAMES = {
     "Attached": {"checkpoint", "close", "quit", "variables"},
     "Builder": {"build"},
+    "Calibration": {"identifiable", "mechanism", "unphysical"},
     "Campaign": {"doc", "drawn", "draws", "execute", "figures", "identity", "name", "path", "run", "runs", "simulation"},
     "Collider": {"body", "friction", "material", "name", "restitution"},
     "Collisions": {"copy", "colliders", "hide", "show", "look_at", "looks_at", "clear_cells", "count"},
@@ -49,8 +50,10 @@ NAMES = {
     "Edit": {"delete", "detach", "mechanism", "places_q", "places_v", "reroot"},
     "Frames": {"add_mechanism", "counts"},
     "Hinge": {"pin", "slider", "ball", "free", "locked", "universal", "cylindrical", "gimbal", "planar", "chain", "prescribed", "gear", "nq", "nv"},
+    "Identifiable": {"alone", "base", "condition", "without_influence"},
     "Log": {"keys", "rows", "unit"},
     "Mechanism": {
+        "identifiable_inertia",
         "nq", "nv", "bodies", "nodes", "subhinges", "prescribed", "with_prescribed", "subgraph", "coordinates", "parent", "hinge", "state", "ignored",
         "joints", "to_urdf", "to_ron", "file_colliders", "constraints",
     },

@@ -27,7 +27,10 @@ mod target;
 
 pub use improve::Improved;
 pub use search::Progress;
-pub use target::{Effort, Found, InverseKinematicsError, Nearest, RateTarget, Residual, Target};
+pub use target::{
+    Effort, Found, InverseKinematicsError, Nearest, Place, Pointing, RateTarget, Residual, Target,
+    Towards,
+};
 
 use crate::jacobian::node_jacobian;
 use crate::kinematics::check;

@@ -1,11 +1,12 @@
 //! A solve from beginning to end; errors, Jacobians and limits at a configuration.
 
 use super::{
-    Found, InverseKinematics, InverseKinematicsError, Nearest, Progress, Residual, Target, log,
+    Found, InverseKinematics, InverseKinematicsError, Nearest, Place, Progress, Residual, Target,
+    Towards, log,
 };
 use crate::kinematics::poses;
 use crate::tree::Tree;
-use linkwork_spatial::Mat3;
+use linkwork_spatial::{Mat3, Vec3};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
@@ -42,7 +43,7 @@ impl InverseKinematics {
             let (R1, p1) = self.frame(tree, Some(t.node));
             let mut residual = Residual::default();
             if let Some(goal) = t.position {
-                let d = goal - R.tr_mul(&(p1 - p));
+                let d = t.place.part(goal - R.tr_mul(&(p1 - p)));
                 residual.position = d.norm();
                 self.e[row..row + 3].copy_from_slice((d * t.position_weight).as_slice());
                 row += 3;
@@ -52,6 +53,13 @@ impl InverseKinematics {
                 let d = log(&turn);
                 residual.orientation = d.norm();
                 self.e[row..row + 3].copy_from_slice((d * t.orientation_weight).as_slice());
+                row += 3;
+            }
+            if let Some(pointing) = t.pointing {
+                let (axis, at) = (R.tr_mul(&(R1 * pointing.axis)), R.tr_mul(&(p1 - p)));
+                let e = pointing.missing(axis, at).0;
+                residual.orientation = e.norm();
+                self.e[row..row + 3].copy_from_slice((e * t.orientation_weight).as_slice());
                 row += 3;
             }
             self.residuals[i] = residual;
@@ -71,13 +79,40 @@ impl InverseKinematics {
                 (t.position.is_some(), 3, t.position_weight),
                 (t.orientation.is_some(), 0, t.orientation_weight),
             ];
+            let whole = t.place == Place::Point;
             for (_, from, weight) in parts.into_iter().filter(|p| p.0) {
                 for k in 0..3 {
                     for i in 0..nv {
                         self.J[(row + k) * nv + i] = weight * self.J_node[(from + k) * nv + i];
                     }
                 }
+                if from == 3 && !whole {
+                    self.keep_part(nv, row, |d| t.place.part(d));
+                }
                 row += 3;
+            }
+            if let Some(pointing) = t.pointing {
+                let R1 = self.frame(tree, Some(t.node)).0;
+                let axis = R.tr_mul(&(R1 * pointing.axis));
+                let (_, turn, shift) = pointing.missing(axis, R.tr_mul(&d));
+                for i in 0..nv {
+                    let part = |from: usize| Vec3::from_fn(|k, _| self.J_node[(from + k) * nv + i]);
+                    let moved = (turn * part(0) + shift * part(3)) * t.orientation_weight;
+                    for k in 0..3 {
+                        self.J[(row + k) * nv + i] = moved[k];
+                    }
+                }
+                row += 3;
+            }
+        }
+    }
+
+    /// Of three rows of J the part that counts.
+    fn keep_part(&mut self, nv: usize, row: usize, part: impl Fn(Vec3) -> Vec3) {
+        for i in 0..nv {
+            let d = part(Vec3::from_fn(|k, _| self.J[(row + k) * nv + i]));
+            for k in 0..3 {
+                self.J[(row + k) * nv + i] = d[k];
             }
         }
     }
@@ -148,11 +183,11 @@ impl InverseKinematics {
         let mut text = String::new();
         for (t, r) in targets.iter().zip(&self.residuals) {
             let _ = write!(text, "\n  node `{}` is", mbs.get_node(t.node).name());
-            let and = if t.position.is_some() && t.orientation.is_some() { " and" } else { "" };
+            let and = if t.position.is_some() && t.turns() { " and" } else { "" };
             if t.position.is_some() {
                 let _ = write!(text, " {:.3e} m{and}", r.position);
             }
-            if t.orientation.is_some() {
+            if t.turns() {
                 let _ = write!(text, " {:.3e} rad", r.orientation);
             }
             let _ = write!(text, " from its target");
@@ -182,8 +217,13 @@ pub(super) fn check_start(q: &[f64]) -> Result<(), InverseKinematicsError> {
 pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), InverseKinematicsError> {
     for (target, t) in targets.iter().enumerate() {
         if t.rows() == 0 {
-            let fact = "neither position nor orientation";
+            let fact = "neither position nor orientation nor pointing";
             let help = "give at least one, or leave the target out";
+            return Err(InverseKinematicsError::Empty { target, fact, help });
+        }
+        if t.orientation.is_some() && t.pointing.is_some() {
+            let fact = "both an orientation and a pointing axis";
+            let help = "give one of them: an orientation says where every axis points";
             return Err(InverseKinematicsError::Empty { target, fact, help });
         }
         if t.relative_to == Some(t.node) {
@@ -199,6 +239,34 @@ pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), Inver
             let place = format!("target {target} (node `{name}`)");
             let help = "give finite numbers";
             return Err(InverseKinematicsError::BadNumber { place, value, help });
+        }
+        let unit = |v: Vec3| (v.norm(), (v.norm() - 1.0).abs() < 1e-6);
+        let directions = match t.place {
+            Place::Point => None,
+            Place::Plane(v) | Place::Line(v) => Some(v),
+        };
+        let pointing = t.pointing.iter().flat_map(|p| match p.to {
+            Towards::Direction(a) => [Some(p.axis), Some(a)],
+            Towards::Point(_) => [Some(p.axis), None],
+        });
+        let directions = pointing.flatten().chain(directions);
+        if let Some((value, _)) = directions.map(unit).find(|u| !u.1) {
+            let place = format!("the length of a direction of target {target} (node `{name}`)");
+            let help = "give directions of length 1";
+            return Err(InverseKinematicsError::BadNumber { place, value, help });
+        }
+        if let Some(p) = t.pointing {
+            let point = match p.to {
+                Towards::Point(x) => x,
+                Towards::Direction(_) => Vec3::zeros(),
+            };
+            let bad = point.iter().copied().find(|x| !x.is_finite());
+            let angle = !(0.0..=std::f64::consts::PI).contains(&p.within);
+            if let Some(value) = bad.or(angle.then_some(p.within)) {
+                let place = format!("where target {target} (node `{name}`) points");
+                let help = "give a finite point, and a cone from 0 to π";
+                return Err(InverseKinematicsError::BadNumber { place, value, help });
+            }
         }
         for value in [t.position_weight, t.orientation_weight] {
             if !(value > 0.0 && value.is_finite()) {

@@ -1,7 +1,7 @@
 //! What inverse kinematics is to reach, and how near it came.
 
 use linkwork_multibody::NodeId;
-use linkwork_spatial::{Motion, Pose, Quat, Vec3};
+use linkwork_spatial::{Mat3, Motion, Pose, Quat, Vec3};
 use thiserror::Error;
 
 /// Where a node is to be: position, orientation or both, in the world or in another node's frame.
@@ -20,12 +20,144 @@ pub struct Target {
     pub position_weight: f64,
     /// What 1 rad counts.
     pub orientation_weight: f64,
+    /// What of the position counts.
+    pub place: Place,
+    /// Where an axis of the node points to; counts as orientation, and stands in for it.
+    pub pointing: Option<Pointing>,
+}
+
+/// What of a position counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Place {
+    /// All of it.
+    #[default]
+    Point,
+    /// The node's origin is to lie in the plane through the position with this normal (length 1, in the target's frame).
+    Plane(Vec3),
+    /// It is to lie on the line through the position along this direction (length 1, in the target's frame).
+    Line(Vec3),
+}
+
+impl Place {
+    /// The part of a vector that counts.
+    pub(super) fn part(self, d: Vec3) -> Vec3 {
+        match self {
+            Self::Point => d,
+            Self::Plane(n) => n * n.dot(&d),
+            Self::Line(u) => d - u * u.dot(&d),
+        }
+    }
+}
+
+/// Where an axis of a node points to. The turn about the axis is free.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pointing {
+    /// The axis (length 1, in the node).
+    pub axis: Vec3,
+    /// To where.
+    pub to: Towards,
+    /// Half of the angle of the cone about it within which any direction will do, rad; 0 for the direction itself.
+    pub within: f64,
+}
+
+/// A direction, or a point that is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Towards {
+    /// A direction (length 1, in the target's frame).
+    Direction(Vec3),
+    /// A point, m, in the target's frame.
+    Point(Vec3),
+}
+
+impl Pointing {
+    /// An axis along a direction.
+    #[must_use]
+    pub fn along(axis: Vec3, direction: Vec3) -> Self {
+        Self { axis, to: Towards::Direction(direction), within: 0.0 }
+    }
+
+    /// An axis that looks at a point.
+    #[must_use]
+    pub fn at(axis: Vec3, point: Vec3) -> Self {
+        Self { axis, to: Towards::Point(point), within: 0.0 }
+    }
+
+    /// Anywhere in a cone of this half angle, rad.
+    #[must_use]
+    pub fn within(mut self, angle: f64) -> Self {
+        self.within = angle;
+        self
+    }
+
+    /// The turn that is missing, and what maps turns and shifts of the node to changes of it: e, and two matrices. The axis as it is (`d`) and the
+    /// node's origin `p`, in the target's frame.
+    /// ```text
+    /// e = (θ − within)₊ n,  n = d × a/|d × a|                  a: where to;  θ: angle between both
+    /// ė = −P (ω + a × v/r)       P = 1 − d dᵀ; of a cone n nᵀ, inside it 0            r: distance of the point; ∞ for a direction
+    /// ```
+    pub(super) fn missing(&self, d: Vec3, p: Vec3) -> (Vec3, Mat3, Mat3) {
+        let (a, near) = match self.to {
+            Towards::Direction(a) => (a, 0.0),
+            Towards::Point(x) => {
+                let r = (x - p).norm();
+                // At the point itself any direction looks at it.
+                if r > 0.0 { ((x - p) / r, 1.0 / r) } else { (d, 0.0) }
+            }
+        };
+        let cross = d.cross(&a);
+        let (sin, cos) = (cross.norm(), d.dot(&a));
+        let n = match sin > 1e-12 {
+            true => cross / sin,
+            // Along it or against it: any turn across will do.
+            false => {
+                let mut least = Vec3::zeros();
+                least[d.iamin()] = 1.0;
+                d.cross(&least).normalize()
+            }
+        };
+        let over = sin.atan2(cos) - self.within;
+        let P = match (over > 0.0, self.within > 0.0) {
+            (_, false) => Mat3::identity() - d * d.transpose(),
+            (true, true) => n * n.transpose(),
+            (false, true) => Mat3::zeros(),
+        };
+        (n * over.max(0.0), P, P * a.cross_matrix() * near)
+    }
 }
 
 impl Target {
+    /// An axis of the node points somewhere; nothing is asked of its position.
+    #[must_use]
+    pub fn pointing(node: NodeId, pointing: Pointing) -> Self {
+        Self { pointing: Some(pointing), ..Self::new(node, None, None) }
+    }
+
+    /// Beside the position an axis points somewhere; takes the place of an orientation.
+    #[must_use]
+    pub fn and_pointing(mut self, pointing: Pointing) -> Self {
+        (self.pointing, self.orientation) = (Some(pointing), None);
+        self
+    }
+
+    /// Of the position only what this says.
+    #[must_use]
+    pub fn place(mut self, place: Place) -> Self {
+        self.place = place;
+        self
+    }
+
     fn new(node: NodeId, position: Option<Vec3>, orientation: Option<Quat>) -> Self {
         let (position_weight, orientation_weight) = (1.0, 1.0);
-        Self { node, relative_to: None, position, orientation, position_weight, orientation_weight }
+        Self {
+            node,
+            relative_to: None,
+            position,
+            orientation,
+            position_weight,
+            orientation_weight,
+            place: Place::Point,
+            pointing: None,
+        }
     }
 
     /// Position and orientation.
@@ -62,7 +194,12 @@ impl Target {
 
     /// Numbers of its error.
     pub(super) fn rows(&self) -> usize {
-        3 * (usize::from(self.position.is_some()) + usize::from(self.orientation.is_some()))
+        3 * (usize::from(self.position.is_some()) + usize::from(self.turns()))
+    }
+
+    /// Whether anything is asked of its attitude.
+    pub(super) fn turns(&self) -> bool {
+        self.orientation.is_some() || self.pointing.is_some()
     }
 }
 

@@ -28,7 +28,7 @@ mod sweep;
 mod walk;
 
 use crate::flexible::Step;
-use crate::tree::Tree;
+use crate::tree::{Link, Tree};
 use closure::Closure;
 use linkwork_multibody::{ConstraintId, Coordinate};
 use std::collections::{BTreeMap, BTreeSet};
@@ -44,7 +44,7 @@ pub enum Treatment {
     Embed,
     /// Rows with multipliers.
     Augment,
-    /// Embed while the aggregate is small, else augment.
+    /// Embed while the aggregate is small, and where rows cannot do it: when a hinge of it has nothing with mass outboard, such as a strut without mass. Else augment.
     Auto,
 }
 
@@ -407,6 +407,23 @@ fn members(tree: &Tree, slots: &[u32], ends: Ends) -> BTreeSet<u32> {
     ways.iter().flat_map(|w| w.iter().copied().take_while(|s| *s != meets)).collect()
 }
 
+/// Slots whose hinge moves nothing that has inertia in the tree: sweeps over the tree alone cannot tell their accelerations.
+fn massless(tree: &Tree) -> BTreeSet<u32> {
+    let mut solid = vec![false; tree.slots()];
+    // Outboard links come last.
+    for (k, link) in tree.links.iter().enumerate().rev() {
+        let J = [link.J.xx, link.J.yy, link.J.zz];
+        solid[k + 1] |= link.m > 0.0 || J.iter().any(|x| *x > 0.0);
+        if solid[k + 1] {
+            solid[link.parent as usize] = true;
+        }
+    }
+    // What hangs on a flexible body hangs on a station of it, which rows take anyway.
+    let free = |l: &Link| l.coordinate == Coordinate::Free && l.armature == 0.0 && l.kind.nv() > 0;
+    let links = tree.links.iter().enumerate();
+    links.filter(|(k, l)| free(l) && !solid[k + 1]).map(|(k, _)| k as u32 + 1).collect()
+}
+
 /// Joins what shares a link; what [`Treatment::Auto`] finds too large becomes rows.
 fn merge(
     wanted: Vec<(ConstraintId, Treatment, BTreeSet<u32>)>,
@@ -430,10 +447,12 @@ fn merge(
     let dofs = |links: &BTreeSet<u32>| -> usize {
         links.iter().map(|s| tree.links[*s as usize - 1].kind.nv()).sum()
     };
+    let massless = massless(tree);
     let mut out = Vec::new();
     for (links, mut constraints) in clusters {
         constraints.sort_by_key(|c| c.0);
-        let forced = constraints.iter().any(|c| c.1 == Treatment::Embed);
+        let forced = constraints.iter().any(|c| c.1 == Treatment::Embed)
+            || links.iter().any(|slot| massless.contains(slot));
         let ids: Vec<ConstraintId> = constraints.iter().map(|c| c.0).collect();
         if !forced && dofs(&links) > EMBED_MAX {
             augmented.extend(ids);

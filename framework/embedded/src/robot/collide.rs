@@ -259,6 +259,15 @@ impl Robot {
         Ok(None)
     }
 
+    /// Two that may touch somewhere within `dv` (nv, not negative) of q (nq) on either side; `None` proves that nothing does.
+    pub(super) fn first_within(
+        &mut self,
+        q: &[f64],
+        dv: &[f64],
+    ) -> Result<Option<(ColliderId, ColliderId)>, RobotError> {
+        self.at_part(q, dv, 0.0, 1.0)
+    }
+
     /// A hit at a part of the way, all shapes thicker by what `half` of it moves them.
     fn at_part(
         &mut self,

@@ -8,7 +8,7 @@ use super::{ChainMemory, Robot, numbers};
 use crate::closed_form::ClosedForm;
 use crate::error::RobotError;
 use crate::part::{Chain, Part};
-use linkwork_dynamics::inverse_kinematics::{Progress, Residual};
+use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Progress, Residual, Towards};
 use linkwork_dynamics::{InverseKinematics, RateTarget, Target};
 use linkwork_spatial::{Motion, Pose, Quat, Vec3};
 
@@ -23,6 +23,10 @@ pub struct Goal {
     pub weights: [f64; 2],
     /// In the frame of the chain's base instead of the world.
     pub in_base: bool,
+    /// What of the position counts: all of it, a plane or a line through it.
+    pub place: Place,
+    /// Where an axis of the tip points to, in place of an orientation.
+    pub pointing: Option<Pointing>,
 }
 
 impl Goal {
@@ -30,7 +34,14 @@ impl Goal {
     #[must_use]
     pub fn pose(X: Pose) -> Self {
         let (position, orientation) = (Some(X.position), Some(X.rotation));
-        Self { position, orientation, weights: [1.0; 2], in_base: false }
+        Self {
+            position,
+            orientation,
+            weights: [1.0; 2],
+            in_base: false,
+            place: Place::Point,
+            pointing: None,
+        }
     }
 
     /// Position alone, m.
@@ -43,6 +54,27 @@ impl Goal {
     #[must_use]
     pub fn orientation(R: Quat) -> Self {
         Self { position: None, ..Self::pose(Pose::rotation(R)) }
+    }
+
+    /// An axis of the tip points somewhere; its position is free.
+    #[must_use]
+    pub fn pointing(pointing: Pointing) -> Self {
+        let free = Self { position: None, ..Self::pose(Pose::identity()) };
+        free.and_pointing(pointing)
+    }
+
+    /// Beside the position an axis of the tip points somewhere: all that welding and drilling ask for. Takes the place of an orientation.
+    #[must_use]
+    pub fn and_pointing(mut self, pointing: Pointing) -> Self {
+        (self.pointing, self.orientation) = (Some(pointing), None);
+        self
+    }
+
+    /// Of the position only what this says.
+    #[must_use]
+    pub fn place(mut self, place: Place) -> Self {
+        self.place = place;
+        self
     }
 
     /// The same numbers in the frame of the chain's base.
@@ -156,6 +188,18 @@ impl Robot {
         let target = Target {
             position: goal.position.map(|p| X.transform_point(&p)),
             orientation: goal.orientation.map(|R| X.rotation * R),
+            place: match goal.place {
+                Place::Point => Place::Point,
+                Place::Plane(n) => Place::Plane(X.rotation * n),
+                Place::Line(u) => Place::Line(X.rotation * u),
+            },
+            pointing: goal.pointing.map(|p| Pointing {
+                to: match p.to {
+                    Towards::Direction(a) => Towards::Direction(X.rotation * a),
+                    Towards::Point(x) => Towards::Point(X.transform_point(&x)),
+                },
+                ..p
+            }),
             ..Target::pose(chain.tip, Pose::identity()).weights(goal.weights[0], goal.weights[1])
         };
         gather(&chain.q, q, &mut memory.q);
@@ -204,7 +248,7 @@ impl Robot {
         Ok(missing)
     }
 
-    /// All configurations within limits that bring the tip of an arm with a [closed form](RobotModel::closed_form) to a pose. `q` (nq of the
+    /// All configurations within limits that bring the tip of an arm with a [closed form](crate::RobotModel::closed_form) to a pose. `q` (nq of the
     /// whole) says where what carries the chain is, the value of the hinge that is held, and what is near: each angle is the copy, by
     /// whole turns, nearest to q's within its limits, and an angle of which nothing depends (in a singular pose) stays.
     /// `out` takes whole configurations one after the other, the nearest to q first (sum of squares of angles): room for
@@ -231,8 +275,10 @@ impl Robot {
         numbers("q", q, n)?;
         check(goal, &Effort::default())?;
         closed.held_within(q)?;
-        let (Some(position), Some(orientation)) = (goal.position, goal.orientation) else {
-            let help = "a closed form takes a position and an orientation; `reach` takes either";
+        let whole = goal.place == Place::Point;
+        let (Some(position), Some(orientation), true) = (goal.position, goal.orientation, whole)
+        else {
+            let help = "a closed form takes a position and an orientation; `reach` takes either, and parts of them";
             return Err(RobotError::OutOfRange { what: "parts of the goal", value: 1.0, help });
         };
         let Some(memory) = self.chains[closed.part().index()].as_mut() else {
@@ -314,8 +360,34 @@ fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
             });
         }
     }
-    if goal.position.is_none() && goal.orientation.is_none() {
-        let help = "ask for a position, an orientation or both";
+    if goal.orientation.is_some() && goal.pointing.is_some() {
+        let help = "an orientation says where every axis points: give one of them";
+        let what = "an orientation beside a pointing axis";
+        return Err(RobotError::OutOfRange { what, value: 1.0, help });
+    }
+    let mut directions = [None; 3];
+    if let Place::Plane(n) | Place::Line(n) = goal.place {
+        directions[0] = Some(n);
+    }
+    if let Some(p) = goal.pointing {
+        directions[1] = Some(p.axis);
+        match p.to {
+            Towards::Direction(a) => directions[2] = Some(a),
+            Towards::Point(x) => numbers("point that is looked at", x.as_slice(), 3)?,
+        }
+        let (what, value, help) = ("angle of a cone", p.within, "from 0 to π rad");
+        if !(0.0..=std::f64::consts::PI).contains(&value) {
+            return Err(RobotError::OutOfRange { what, value, help });
+        }
+    }
+    for d in directions.into_iter().flatten() {
+        let (what, value, help) = ("length of a direction of the goal", d.norm(), "give length 1");
+        if !((value - 1.0).abs() < 1e-6) {
+            return Err(RobotError::OutOfRange { what, value, help });
+        }
+    }
+    if goal.position.is_none() && goal.orientation.is_none() && goal.pointing.is_none() {
+        let help = "ask for a position, an orientation or both, or where an axis points";
         return Err(RobotError::OutOfRange { what: "parts of the goal", value: 0.0, help });
     }
     let bad = |x: &f64| !(*x > 0.0 && x.is_finite());

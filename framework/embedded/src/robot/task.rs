@@ -3,6 +3,7 @@
 //! ```text
 //! Λ = (J M⁻¹ Jᵀ)⁻¹                                        rows of all tips, each [angular; linear], world axes
 //! τ = Jᵀ Λ (a − J̇ β) + C + g + Nᵀ τ₀,     Nᵀ = 1 − Jᵀ Λ J M⁻¹
+//! impedance: a = a_d + Λ⁻¹ (K e + D (ẋ_d − ẋ)),          e = (log(R_d Rᵀ), p_d − p)
 //! ```
 //! What is held counts in M, C and g. Where tips cannot move independently there is no Λ, and the call says so.
 
@@ -10,10 +11,42 @@ use super::{Robot, numbers};
 use crate::error::RobotError;
 use crate::part::Part;
 use linkwork_dynamics::{
-    Compliance, apply_inverse_mass, node_jacobian_product, node_jacobian_transpose_product,
+    Compliance, apply_inverse_mass, kinematics, node_jacobian_product,
+    node_jacobian_transpose_product,
 };
 use linkwork_multibody::NodeId;
-use linkwork_spatial::{Force, Motion, Vec3};
+use linkwork_spatial::{Force, Motion, Pose, Vec3};
+
+/// A spring and a damper between a tip and where it should be: what pushes the tip away feels them, and the tip's own inertia.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impedance {
+    /// Where the tip should be, in the world.
+    pub pose: Pose,
+    /// How it should move there, world axes, at its origin.
+    pub twist: Motion,
+    /// And accelerate.
+    pub acceleration: Motion,
+    /// K along world axes: about x, y, z, N m/rad, and along x, y, z, N/m.
+    pub stiffness: [f64; 6],
+    /// D along the same, N m s/rad and N s/m.
+    pub damping: [f64; 6],
+}
+
+impl Impedance {
+    /// At rest at a pose, with one stiffness of each kind, and dampers that are critical for tips that weigh `inertia` (kg m², kg): D = 2 √(K inertia).
+    #[must_use]
+    pub fn at(pose: Pose, stiffness: [f64; 2], inertia: [f64; 2]) -> Self {
+        let [turn, shift] = [0, 1].map(|k: usize| 2.0 * (stiffness[k] * inertia[k]).sqrt());
+        let [a, b] = stiffness;
+        Self {
+            pose,
+            twist: Motion::zero(),
+            acceleration: Motion::zero(),
+            stiffness: [a, a, a, b, b, b],
+            damping: [turn, turn, turn, shift, shift, shift],
+        }
+    }
+}
 
 /// The operational space of some tips of one model, with its memory.
 #[derive(Clone, Debug)]
@@ -27,6 +60,8 @@ pub struct TaskSpace {
     L: Vec<f64>,
     x: Vec<f64>,
     y: Vec<f64>,
+    /// Accelerations that springs want.
+    wanted: Vec<f64>,
 }
 
 impl TaskSpace {
@@ -45,7 +80,7 @@ impl TaskSpace {
         let compliance = Compliance::new(&robot.tree, &tips);
         let (n, nv) = (compliance.size(), robot.tree.nv());
         let (A, L, x, y) = (vec![0.0; n * n], vec![0.0; n * n], vec![0.0; n], vec![0.0; nv]);
-        Ok(Self { tips, nv, compliance, A, L, x, y })
+        Ok(Self { tips, nv, compliance, A, L, x, y, wanted: vec![0.0; n] })
     }
 
     /// Rows: six for each tip.
@@ -138,6 +173,65 @@ impl TaskSpace {
             tau.iter_mut().zip(&robot.room).for_each(|(t, x)| *t += x);
         }
         Ok(())
+    }
+
+    /// Forces `tau` (nv) at the robot's q and rates `v` (nv) that make each tip a spring and damper to where it should be (one of each tip, in the
+    /// order of the parts), while `rest` (nv) acts as far as it moves no tip. Against a wrench f from outside at rest the tips give way by K⁻¹ f. No force is measured: the
+    /// inertia that is felt is Λ.
+    ///
+    /// # Errors
+    /// As [`forces`](Self::forces); [`RobotError::OutOfRange`] for stiffness or damping below zero.
+    pub fn impedance(
+        &mut self,
+        robot: &mut Robot,
+        v: &[f64],
+        springs: &[Impedance],
+        rest: Option<&[f64]>,
+        tau: &mut [f64],
+    ) -> Result<(), RobotError> {
+        numbers("v", v, self.nv)?;
+        if springs.len() != self.tips.len() {
+            let (got, wanted) = (springs.len(), self.tips.len());
+            return Err(RobotError::Length { what: "springs", got, wanted });
+        }
+        for s in springs {
+            numbers("place of a spring", s.pose.position.as_slice(), 3)?;
+            numbers("attitude of a spring", s.pose.rotation.coords.as_slice(), 4)?;
+            for (what, m) in [("twist of a spring", s.twist), ("its acceleration", s.acceleration)]
+            {
+                numbers(what, m.angular.as_slice(), 3)?;
+                numbers(what, m.linear.as_slice(), 3)?;
+            }
+            for (what, all) in [("stiffness", s.stiffness), ("damping", s.damping)] {
+                numbers(what, &all, 6)?;
+                if let Some(value) = all.into_iter().find(|x| *x < 0.0) {
+                    let help = "zero or above";
+                    return Err(RobotError::OutOfRange { what, value, help });
+                }
+            }
+        }
+        let n = self.rows();
+        self.compliance(robot)?;
+        kinematics(&robot.tree, &mut robot.ws, &robot.q, v);
+        for (i, (s, tip)) in springs.iter().zip(&self.tips).enumerate() {
+            let X = robot.ws.node_pose(&robot.tree, *tip);
+            let turn = (s.pose.rotation * X.rotation.inverse()).scaled_axis();
+            let e = six(&Motion::new(turn, s.pose.position - X.position));
+            let rate = six(&(s.twist - robot.ws.node_velocity(&robot.tree, *tip)));
+            let wanted = six(&s.acceleration);
+            for k in 0..6 {
+                self.x[6 * i + k] = s.stiffness[k] * e[k] + s.damping[k] * rate[k];
+                self.wanted[6 * i + k] = wanted[k];
+            }
+        }
+        for i in 0..n {
+            let more: f64 = (0..n).map(|j| self.A[i * n + j] * self.x[j]).sum();
+            self.wanted[i] += more;
+        }
+        let wanted = std::mem::take(&mut self.wanted);
+        let done = self.forces(robot, v, &wanted, rest, tau);
+        self.wanted = wanted;
+        done
     }
 
     fn factor(&mut self, robot: &mut Robot) -> Result<(), RobotError> {

@@ -20,6 +20,7 @@ _choose.load(__name__, _Path(__file__).parent)
 
 from ._linkwork import (  # noqa: E402
     Builder,
+    Calibration,
     Campaign,
     Collider,
     Collisions,
@@ -31,6 +32,7 @@ from ._linkwork import (  # noqa: E402
     Frames,
     Grip,
     Hinge,
+    Identifiable,
     LinkworkError,
     Log,
     Mechanism,
@@ -48,17 +50,22 @@ from ._linkwork import (  # noqa: E402
     Subgraph,
     Subhinge,
     Target,
+    Trajectory,
     Variable,
+    WholeBodyForces,
     __cpu__,
     __version__,
     load,
     read_log,
+    support_margin,
+    support_polygon,
 )
 from .live import Attached, attach  # noqa: E402
 
 __all__ = [
     "Attached",
     "Builder",
+    "Calibration",
     "Campaign",
     "Collider",
     "Collisions",
@@ -70,6 +77,7 @@ __all__ = [
     "Frames",
     "Grip",
     "Hinge",
+    "Identifiable",
     "LinkworkError",
     "Log",
     "Mechanism",
@@ -87,10 +95,14 @@ __all__ = [
     "Subgraph",
     "Subhinge",
     "Target",
+    "Trajectory",
     "Variable",
+    "WholeBodyForces",
     "__cpu__",
     "__version__",
     "attach",
     "load",
     "read_log",
+    "support_margin",
+    "support_polygon",
 ]

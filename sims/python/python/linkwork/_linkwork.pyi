@@ -11,6 +11,7 @@ from typing_extensions import disjoint_base
 
 __all__ = [
     "Builder",
+    "Calibration",
     "Campaign",
     "Collider",
     "Collisions",
@@ -22,6 +23,7 @@ __all__ = [
     "Frames",
     "Grip",
     "Hinge",
+    "Identifiable",
     "LinkworkError",
     "Log",
     "Mechanism",
@@ -39,7 +41,9 @@ __all__ = [
     "Subgraph",
     "Subhinge",
     "Target",
+    "Trajectory",
     "Variable",
+    "WholeBodyForces",
     "_Gathering",
     "__cpu__",
     "__version__",
@@ -47,6 +51,8 @@ __all__ = [
     "_restore",
     "load",
     "read_log",
+    "support_margin",
+    "support_polygon",
 ]
 
 _Array = NDArray[np.float64]
@@ -308,6 +314,25 @@ class Mechanism:
         self, q: ArrayLike, v: ArrayLike, vdot: ArrayLike, *, threads: int = 1
     ) -> _Array: ...
     def inertial_parameters(self) -> _Array: ...
+    def identifiable_inertia(self, *, seed: int = 0, tolerance: float = 1e-8) -> Identifiable: ...
+    def fit_inertia(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        vdot: ArrayLike,
+        tau: ArrayLike,
+        *,
+        tolerance: float = 1e-6,
+    ) -> Calibration: ...
+    def calibrate_frames(
+        self,
+        node: str,
+        q: ArrayLike,
+        places: ArrayLike,
+        *,
+        length: float = 1.0,
+        tolerance: float = 1e-6,
+    ) -> Calibration: ...
     def kinetic_energy(self, q: ArrayLike, v: ArrayLike, *, threads: int = 1) -> Any: ...
     def potential_energy(self, q: ArrayLike, *, threads: int = 1) -> Any: ...
     def inverse_kinematics(
@@ -593,7 +618,7 @@ class Robot(Collisions):
     def inverse_kinematics(
         self,
         part: str,
-        at: ArrayLike,
+        at: ArrayLike | None = None,
         q: ArrayLike | None = None,
         *,
         in_base: bool = False,
@@ -601,6 +626,12 @@ class Robot(Collisions):
         orientation_tolerance: float = 1e-9,
         steps: int = 100,
         restarts: int = 64,
+        axis: ArrayLike | None = None,
+        along: ArrayLike | None = None,
+        look_at: ArrayLike | None = None,
+        within: float = 0.0,
+        plane: ArrayLike | None = None,
+        line: ArrayLike | None = None,
     ) -> _Array: ...
     def inverse_kinematics_all(
         self,
@@ -672,6 +703,111 @@ class Robot(Collisions):
         step: float = 0.5,
         room: int = 2000,
     ) -> _Array: ...
+    def time_way(
+        self,
+        way: ArrayLike,
+        *,
+        acceleration: ArrayLike | None = None,
+        rate: ArrayLike | None = None,
+        effort: ArrayLike | None = None,
+        round: float = 0.0,
+        sections: int | None = None,
+    ) -> Trajectory: ...
+    def transfer(
+        self,
+        goal: ArrayLike,
+        *,
+        start: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        goal_v: ArrayLike | None = None,
+        goal_a: ArrayLike | None = None,
+        rate: ArrayLike | None = None,
+        acceleration: ArrayLike,
+        jerk: ArrayLike,
+    ) -> Trajectory: ...
+    def rates_for(
+        self,
+        levels: Sequence[Mapping[str, ArrayLike] | ArrayLike],
+        *,
+        horizon: float = 0.1,
+        manipulable: Mapping[str, float] | None = None,
+        length: float = 1.0,
+    ) -> tuple[_Array, _Array]: ...
+    def whole_body(
+        self,
+        v: ArrayLike,
+        levels: Sequence[Mapping[str, ArrayLike] | ArrayLike],
+        *,
+        touches: Sequence[Sequence[Any]] | None = None,
+        effort: ArrayLike | None = None,
+        length: float = 1.0,
+    ) -> WholeBodyForces: ...
+    def impedance(
+        self,
+        springs: Mapping[str, Sequence[ArrayLike]],
+        v: ArrayLike,
+        rest: ArrayLike | None = None,
+    ) -> _Array: ...
+    def composite_inertia(self, body: str) -> tuple[float, _Array, _Array]: ...
+    def momentum(self, v: ArrayLike) -> _Array: ...
+    def centroidal_matrix(self) -> _Array: ...
+
+@final
+class Trajectory:
+    @property
+    def duration(self) -> float: ...
+    def at(self, t: ArrayLike) -> tuple[_Array, _Array, _Array]: ...
+
+@final
+class WholeBodyForces:
+    @property
+    def tau(self) -> _Array: ...
+    @property
+    def vdot(self) -> _Array: ...
+    @property
+    def forces(self) -> _Array: ...
+    @property
+    def unbalanced(self) -> float: ...
+    @property
+    def slipping(self) -> float: ...
+    @property
+    def missing(self) -> float: ...
+
+def support_polygon(points: ArrayLike) -> _Array: ...
+def support_margin(polygon: ArrayLike, point: ArrayLike) -> float: ...
+
+@final
+class Identifiable:
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def base(self) -> list[str]: ...
+    @property
+    def combinations(self) -> _Array: ...
+    @property
+    def condition(self) -> float: ...
+    @property
+    def alone(self) -> list[str]: ...
+    @property
+    def without_influence(self) -> list[str]: ...
+
+@final
+class Calibration:
+    @property
+    def identifiable(self) -> Identifiable: ...
+    @property
+    def base(self) -> _Array: ...
+    @property
+    def deviations(self) -> _Array: ...
+    @property
+    def parameters(self) -> _Array: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def unphysical(self) -> list[str]: ...
+    @property
+    def mechanism(self) -> Mechanism | None: ...
 
 @final
 class Contact:
@@ -797,11 +933,17 @@ class Target:
     def __new__(
         cls,
         frame: str,
-        at: ArrayLike,
+        at: ArrayLike | None = None,
         *,
         relative_to: str | None = None,
         position_weight: float = 1.0,
         orientation_weight: float = 1.0,
+        axis: ArrayLike | None = None,
+        along: ArrayLike | None = None,
+        look_at: ArrayLike | None = None,
+        within: float = 0.0,
+        plane: ArrayLike | None = None,
+        line: ArrayLike | None = None,
     ) -> Target: ...
 
 @final

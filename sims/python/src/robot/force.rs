@@ -37,7 +37,7 @@ impl Collisions {
         Ok(mbs.nv() - 6)
     }
 
-    fn task_space(&self, parts: &[String]) -> PyResult<TaskSpace> {
+    pub(super) fn task_space(&self, parts: &[String]) -> PyResult<TaskSpace> {
         let parts = parts.iter().map(|p| self.part(p)).collect::<PyResult<Vec<_>>>()?;
         TaskSpace::new(&lock(&self.robot), &parts).map_err(refuse)
     }

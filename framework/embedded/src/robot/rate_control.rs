@@ -1,0 +1,157 @@
+//! Rates for several wishes in order of priority, away from limits of joints and from singular configurations: redundancy in control.
+//!
+//! ```text
+//! level k      min |J_k v − ẋ_k|²          nothing is taken from levels before
+//! bounds       −rate ≤ v ≤ rate;           (lower − q)/T ≤ v ≤ (upper − q)/T        T: horizon, the time in which a limit may be reached
+//!              ∇w v ≥ (w_least − w)/T      for each chain that is to stay manipulable
+//! last         min |v|
+//! ```
+//! As a bound of the rate of its manipulability w a chain slows down towards a singular configuration, and does not swing through it; below its least it goes
+//! back up, as fast as half of what its limits leave.
+
+use super::wish::{Terms, Wish};
+use super::{Robot, numbers};
+use crate::error::RobotError;
+use crate::manipulability::Rows;
+use crate::part::Part;
+use crate::priorities::Priorities;
+use linkwork_dynamics::kinematics;
+
+/// What rates keep to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guards<'a> {
+    /// Time in which a limit of a coordinate, or the least manipulability, may be reached, s: that of a few periods of the control.
+    pub horizon: f64,
+    /// Chains, with the manipulability (of `Rows::All` with length 1 m) below which it is not to fall.
+    pub manipulable: &'a [(Part, f64)],
+}
+
+/// Memory of it, for one model.
+#[derive(Clone, Debug)]
+pub struct RateControl {
+    nv: usize,
+    wishes: usize,
+    chains: usize,
+    problem: Priorities,
+    A: Vec<f64>,
+    b: Vec<f64>,
+    row: Vec<f64>,
+    gradient: Vec<f64>,
+    /// How fast each coordinate may go down and up.
+    within: Vec<[f64; 2]>,
+}
+
+impl RateControl {
+    /// With room for so many wishes and guarded chains. Allocates: once, at set-up.
+    #[must_use]
+    pub fn new(robot: &Robot, wishes: usize, chains: usize) -> Self {
+        let nv = robot.tree.nv();
+        let rows = wishes * nv.max(6);
+        Self {
+            nv,
+            wishes,
+            chains,
+            problem: Priorities::new(nv, rows, 2 * nv + chains),
+            A: vec![0.0; rows * nv],
+            b: vec![0.0; rows],
+            row: vec![0.0; nv],
+            gradient: vec![0.0; nv],
+            within: vec![[0.0; 2]; nv],
+        }
+    }
+
+    /// Rates `v` (nv) at the robot's q: within limits of the model, as near to each wish as those before it allow. `residuals` takes |J v − ẋ| of each
+    /// level, weights counted (as many as there are levels).
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`];
+    /// [`RobotError::OutOfRange`] for a horizon or weight that is not above zero; [`RobotError::Singular`] when guards contradict each other (a coordinate far outside its limits that its
+    /// rate cannot bring back).
+    pub fn solve(
+        &mut self,
+        robot: &mut Robot,
+        wishes: &[Wish<'_>],
+        guards: &Guards<'_>,
+        v: &mut [f64],
+        residuals: &mut [f64],
+    ) -> Result<(), RobotError> {
+        let nv = self.nv;
+        if robot.tree.nv() != nv {
+            return Err(RobotError::ForeignHandle);
+        }
+        robot.check_wishes(wishes, self.wishes)?;
+        if v.len() != nv {
+            return Err(RobotError::Length { what: "v", got: v.len(), wanted: nv });
+        }
+        numbers("horizon", &[guards.horizon], 1)?;
+        if !(guards.horizon > 0.0) {
+            let (what, value, help) = ("horizon", guards.horizon, "a time is above zero");
+            return Err(RobotError::OutOfRange { what, value, help });
+        }
+        if guards.manipulable.len() > self.chains {
+            let (wanted, room) = (guards.manipulable.len(), self.chains);
+            return Err(RobotError::NoRoom { what: "guarded chains", wanted, room });
+        }
+        kinematics(&robot.tree, &mut robot.ws, &robot.q, &robot.rest);
+        robot.fresh = true;
+        self.problem.begin();
+        self.guard(robot, guards)?;
+        let (mut level, mut count) = (Robot::next_level(wishes, None), 0);
+        let help = "a coordinate is outside its limits: bring it back, or give a longer horizon";
+        let failed = RobotError::Singular { what: "rates within all guards", help };
+        if level.is_none() {
+            self.problem.level(&[], &[]).map_err(|_| failed)?;
+        }
+        while let Some(at) = level {
+            let room = (&mut self.A[..], &mut self.b[..]);
+            let rows = robot.level_rows(wishes, at, Terms::Rates, nv, room)?;
+            let met = self.problem.level(&self.A[..nv * rows], &self.b[..rows]);
+            let residual = met.map_err(|_| failed)?.residual;
+            let Some(to) = residuals.get_mut(count) else {
+                let (got, wanted) = (residuals.len(), count + 1);
+                return Err(RobotError::Length { what: "residuals", got, wanted });
+            };
+            *to = residual;
+            count += 1;
+            level = Robot::next_level(wishes, Some(at));
+        }
+        v.copy_from_slice(self.problem.x());
+        Ok(())
+    }
+
+    fn guard(&mut self, robot: &mut Robot, guards: &Guards<'_>) -> Result<(), RobotError> {
+        for (dof, limit) in robot.model.limits.iter().enumerate() {
+            let Some((at, l)) = limit else { continue };
+            let q = robot.q[*at];
+            for (side, limit) in [(1.0, l.upper), (-1.0, l.lower)] {
+                self.row.fill(0.0);
+                self.row[dof] = side;
+                // Outside, it comes back as fast as it may.
+                let most = (side * (limit - q) / guards.horizon).clamp(-l.rate, l.rate);
+                self.problem.bound(&self.row, most);
+                self.within[dof][usize::from(side > 0.0)] = most;
+            }
+        }
+        for (part, least) in guards.manipulable {
+            numbers("least manipulability", &[*least], 1)?;
+            let model = robot.model.clone();
+            let dofs = model.dofs(*part)?;
+            let gradient = &mut self.gradient[..dofs.len()];
+            let rows = Rows::All { length: 1.0 };
+            let w = robot.manipulability(*part, rows, Some(&mut *gradient))?.w;
+            self.row.fill(0.0);
+            for (dof, g) in dofs.iter().zip(&*gradient) {
+                self.row[*dof] = -g;
+            }
+            if self.row.iter().any(|x| *x != 0.0) {
+                // Below it, back up: by as much as the limits leave at most, half of it.
+                let up = |(g, [down, up]): (&f64, &[f64; 2])| (-g * up).max(g * down).max(0.0);
+                let possible: f64 = self.row.iter().zip(&self.within).map(up).sum();
+                let share = 0.5 / guards.manipulable.len() as f64;
+                let room = ((w - least) / guards.horizon).max(-share * possible);
+                self.problem.bound(&self.row, room);
+            }
+        }
+        Ok(())
+    }
+}

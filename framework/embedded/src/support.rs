@@ -1,0 +1,60 @@
+//! The support polygon: where the centre of mass may be above feet on level ground.
+//!
+//! ```text
+//! hull of the touching points in the plane, counter-clockwise (Andrew's monotone chain, 1979)
+//! margin = min over edges of the distance to the inside, negative outside
+//! ```
+
+/// Corners (x, y, m) of the hull of `points`, counter-clockwise, into `hull`, which has room for one more than there are points; returns how many corners there are: two for points on
+/// a line, one for points that are all the same, none for none. Points that are no numbers count as none.
+///
+/// # Panics
+/// When there is too little room.
+pub fn support_polygon(points: &mut [[f64; 2]], hull: &mut [[f64; 2]]) -> usize {
+    points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let good = || points.iter().filter(|p| p[0].is_finite() && p[1].is_finite());
+    let mut n = 0;
+    let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    for p in good() {
+        while n >= 2 && turn(hull[n - 2], hull[n - 1], *p) <= 0.0 {
+            n -= 1;
+        }
+        if n == 0 || hull[n - 1] != *p {
+            hull[n] = *p;
+            n += 1;
+        }
+    }
+    // Back over the upper side.
+    let low = n;
+    for p in good().rev().skip(1) {
+        while n > low && turn(hull[n - 2], hull[n - 1], *p) <= 0.0 {
+            n -= 1;
+        }
+        if n > 0 && hull[n - 1] != *p {
+            hull[n] = *p;
+            n += 1;
+        }
+    }
+    // It ends where it began.
+    if n > 1 && hull[0] == hull[n - 1] { n - 1 } else { n }
+}
+
+/// How far a place (x, y, m) is inside a polygon with corners counter-clockwise: the distance to its nearest edge, m, negative outside. On a line or a point it
+/// is minus the distance; of no corner minus infinity.
+#[must_use]
+pub fn support_margin(hull: &[[f64; 2]], p: [f64; 2]) -> f64 {
+    let mut inside = hull.len() >= 3;
+    let mut nearest = f64::INFINITY;
+    for (i, a) in hull.iter().enumerate() {
+        let b = hull[(i + 1) % hull.len()];
+        let (d, r) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+        let square = d[0] * d[0] + d[1] * d[1];
+        let s =
+            if square > 0.0 { ((r[0] * d[0] + r[1] * d[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+        nearest = nearest.min((r[0] - s * d[0]).hypot(r[1] - s * d[1]));
+        inside &= d[0] * r[1] - d[1] * r[0] >= 0.0;
+    }
+    if inside { nearest } else { -nearest }
+}

@@ -1,0 +1,376 @@
+//! Control: rates and forces for wishes in order of priority, impedance; momentum and composite inertias with what is held.
+use super::{Given, Robot, base};
+use crate::array::{Array1, Array2, Input, checked1, out_force, out1, out2, pose, vec3, vector};
+use crate::collisions::Collisions;
+use crate::core::lock;
+use crate::error::{refuse, refuse_with};
+use crate::values::pairs;
+use linkwork_embedded::{
+    Aim, Guards, Impedance, MotionLimits, Part, RateControl, Rows, Touch, WholeBody, Wish,
+};
+use linkwork_embedded::{support_margin as margin, support_polygon as polygon};
+use linkwork_spatial::{Motion, Vec3};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// One wish as it was given; postures own their numbers.
+enum Given1 {
+    Tip(Part, Motion, Rows),
+    Center(Vec3),
+    Posture(Vec<f64>),
+}
+
+/// The key of a level that means the centre of mass.
+const CENTER: &str = "center_of_mass";
+
+impl Collisions {
+    /// Levels: dicts of parts (and the centre of mass), or arrays (nv,) for all degrees of freedom.
+    fn levels(&self, given: &[Bound<'_, PyAny>], length: f64) -> PyResult<Vec<(usize, Given1)>> {
+        let mut all = Vec::new();
+        for (level, wish) in given.iter().enumerate() {
+            let of = |what: &str| format!("levels[{level}]{what}");
+            let Ok(dict) = wish.cast::<PyDict>() else {
+                let posture = vector(wish, self.model.nv(), &of(""))?;
+                all.push((level, Given1::Posture(posture.slice().to_vec())));
+                continue;
+            };
+            for (name, value) in pairs(dict) {
+                let name: String = name.extract()?;
+                let what = of(&format!("[\"{name}\"]"));
+                if name == CENTER && self.model.part(CENTER).is_none() {
+                    all.push((level, Given1::Center(vec3(&value, &what)?)));
+                    continue;
+                }
+                let part = self.part(&name)?;
+                let x = Input::read(&value, &what)?;
+                let (w, v, rows) = match (x.shape(), x.slice()) {
+                    ([6], [a, b, c, x, y, z]) => {
+                        let rows = Rows::All { length };
+                        (Vec3::new(*a, *b, *c), Vec3::new(*x, *y, *z), rows)
+                    }
+                    ([3], [x, y, z]) => (Vec3::zeros(), Vec3::new(*x, *y, *z), Rows::Linear),
+                    (shape, _) => {
+                        let fact = format!("`{what}` has the shape {shape:?}");
+                        let help = "give (6,), angular and linear, or (3,), linear alone";
+                        return Err(refuse_with(fact, help));
+                    }
+                };
+                all.push((level, Given1::Tip(part, Motion::new(w, v), rows)));
+            }
+        }
+        Ok(all)
+    }
+}
+
+fn wishes(all: &[(usize, Given1)]) -> Vec<Wish<'_>> {
+    let aim = |g| match g {
+        &Given1::Tip(part, motion, rows) => Aim::Tip { part, motion, rows },
+        &Given1::Center(x) => Aim::Center(x),
+        Given1::Posture(x) => Aim::Posture(x),
+    };
+    all.iter().map(|(level, g)| Wish::new(*level, aim(g))).collect()
+}
+
+/// What `Robot.whole_body` answers.
+///
+/// >>> ball = linkwork.Builder().body("ball", "world", linkwork.Hinge.free(), mass=2, com=[0, 0, 0], inertia=np.eye(3)).build()
+/// >>> robot = linkwork.Robot(ball, chains={"ball": ("world", "ball")}, colliders=[])
+/// >>> balanced = robot.whole_body(np.zeros(6), [np.zeros(6)], touches=[("ball", [0, 0, 0], [0, 0, 1], 0.5)])
+/// >>> balanced
+/// WholeBodyForces(unbalanced 0, slipping 0, missing 0)
+#[pyclass(frozen, weakref, module = "linkwork")]
+pub struct WholeBodyForces {
+    tau: Vec<f64>,
+    vdot: Vec<f64>,
+    forces: Vec<f64>,
+    told: linkwork_embedded::Balanced,
+}
+
+#[pymethods]
+impl WholeBodyForces {
+    /// Forces (nv,), N m and N; zero where nothing drives.
+    ///
+    /// >>> balanced.tau.tolist()
+    /// [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    #[getter]
+    fn tau<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
+        checked1(py, self.tau.clone())
+    }
+    /// Accelerations (nv,), rad/s² and m/s².
+    ///
+    /// >>> bool(abs(balanced.vdot).max() < 1e-9)
+    /// True
+    #[getter]
+    fn vdot<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
+        checked1(py, self.vdot.clone())
+    }
+    /// Forces (k, 3) on the robot at the touching points, N, world axes.
+    ///
+    /// >>> balanced.forces[0, 2].round(6).item()
+    /// 19.62
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        out2(py, self.forces.clone(), self.forces.len() / 3, 3)
+    }
+    /// What contacts cannot carry: forces at degrees of freedom that nothing drives, N m and N. 0: balanced.
+    ///
+    /// >>> balanced.unbalanced < 1e-9
+    /// True
+    #[getter]
+    fn unbalanced(&self) -> f64 {
+        self.told.unbalanced
+    }
+    /// Accelerations of touching points that should stand still, m/s².
+    ///
+    /// >>> balanced.slipping < 1e-9
+    /// True
+    #[getter]
+    fn slipping(&self) -> f64 {
+        self.told.slipping
+    }
+    /// By which share all limits of effort (N m, N) and normal forces (N) would have to be larger. 0: they suffice.
+    ///
+    /// >>> balanced.missing
+    /// 0.0
+    #[getter]
+    fn missing(&self) -> f64 {
+        self.told.missing
+    }
+    fn __repr__(&self) -> String {
+        let t = &self.told;
+        let short = |x: f64| if x < 1e-9 { "0".to_owned() } else { format!("{x:.3e}") };
+        let [a, b, c] = [t.unbalanced, t.slipping, t.missing].map(short);
+        format!("WholeBodyForces(unbalanced {a}, slipping {b}, missing {c})")
+    }
+}
+
+#[pymethods]
+impl Robot {
+    /// Rates (nv,), rad/s and m/s, at the robot's q for wishes in order of priority, within limits of rates and coordinates: (v, residuals), what each level leaves to be wished.
+    /// What a level asks takes nothing from those before it. levels: dicts {part: (6,) twist [ω; v] of its tip, or (3,) velocity; "center_of_mass": (3,)}, world
+    /// axes, or (nv,) rates of all degrees of freedom. horizon, s: time in which a limit of a coordinate may be reached; manipulable: {part: least w}, below which the
+    /// manipulability (`manipulability(part)` with length 1 m) of a chain is not to fall. length, m: what 1 rad counts. Raises LinkworkError for names, other shapes, NaN, and guards that contradict each other.
+    ///
+    /// >>> robot.q = [0.3, 0.5, 0.4]
+    /// >>> v, residuals = robot.rates_for([{"arm": [0.1, 0, 0]}, [0.0, 0.0, 0.5]])
+    /// >>> bool(np.allclose((robot.jacobian("arm") @ v)[3:], [0.1, 0, 0])), float(residuals[0]) < 1e-9
+    /// (True, True)
+    #[pyo3(signature = (levels, *, horizon=0.1, manipulable=None, length=1.0))]
+    fn rates_for<'py>(
+        slf: &Bound<'py, Self>,
+        levels: Vec<Bound<'py, PyAny>>,
+        horizon: f64,
+        manipulable: Option<&Bound<'py, PyDict>>,
+        length: f64,
+    ) -> PyResult<(Array1<'py>, Array1<'py>)> {
+        let (py, own) = (slf.py(), base(slf));
+        let all = own.levels(&levels, length)?;
+        let mut guarded = Vec::new();
+        for (name, least) in manipulable.into_iter().flat_map(pairs) {
+            guarded.push((own.part(&name.extract::<String>()?)?, least.extract::<f64>()?));
+        }
+        let (mut v, mut residuals) = (vec![0.0; own.model.nv()], vec![0.0; levels.len()]);
+        let wishes = wishes(&all);
+        let guards = Guards { horizon, manipulable: &guarded };
+        own.ask(|r| {
+            let mut control = RateControl::new(r, wishes.len(), guarded.len());
+            control.solve(r, &wishes, &guards, &mut v, &mut residuals)
+        })?;
+        Ok((checked1(py, v)?, checked1(py, residuals)?))
+    }
+
+    /// Forces of the whole robot at its q and rates v (nv,) for accelerations in order of priority, with contacts that press and do not slip, within limits of
+    /// effort: a WholeBodyForces. levels: as `rates_for`, of accelerations, rad/s² and m/s². touches: [(part, point (3,) in its tip's frame, m, normal (3,) towards the robot in
+    /// the world, friction[, most normal force, N])]. effort: (nv,), N m and N, 0 where nothing drives; None: limits of the mechanism, and 0 for ball and free hinges. Where
+    /// the contacts cannot carry the robot or the joints are too weak, that is told with the best there is. Raises LinkworkError for names, other shapes, NaN, friction and normals that are none.
+    ///
+    /// >>> found = robot.whole_body([0, 0, 0], [{"arm": [0, 0, 1.0]}])
+    /// >>> bool(np.allclose(robot.feed_forward([0, 0, 0], found.vdot), found.tau))
+    /// True
+    #[pyo3(signature = (v, levels, *, touches=None, effort=None, length=1.0))]
+    fn whole_body<'py>(
+        slf: &Bound<'py, Self>,
+        v: Given<'_, 'py>,
+        levels: Vec<Bound<'py, PyAny>>,
+        touches: Option<Vec<Bound<'py, PyAny>>>,
+        effort: Option<Given<'_, 'py>>,
+        length: f64,
+    ) -> PyResult<WholeBodyForces> {
+        let own = base(slf);
+        let nv = own.model.nv();
+        let v = vector(v, nv, "v")?;
+        let all = own.levels(&levels, length)?;
+        let mut points = Vec::new();
+        for (k, touch) in touches.into_iter().flatten().enumerate() {
+            let of = |what: &str| format!("touches[{k}]: {what}");
+            let wrong = || {
+                let help = "give (part, point, normal, friction), or the greatest force besides";
+                refuse_with(of("no touch"), help)
+            };
+            let items: Vec<Bound<'_, PyAny>> = touch.extract().map_err(|_| wrong())?;
+            let (part, at, normal, friction, most) = match &items[..] {
+                [part, at, normal, friction] => (part, at, normal, friction, f64::INFINITY),
+                [part, at, normal, friction, most] => {
+                    (part, at, normal, friction, most.extract().map_err(|_| wrong())?)
+                }
+                _ => return Err(wrong()),
+            };
+            points.push(Touch {
+                part: own.part(&part.extract::<String>().map_err(|_| wrong())?)?,
+                at: vec3(at, &of("point"))?,
+                normal: vec3(normal, &of("normal"))?,
+                friction: friction.extract().map_err(|_| wrong())?,
+                most,
+            });
+        }
+        let effort = match effort {
+            Some(given) => {
+                let fact =
+                    || refuse_with("`effort` is no array of numbers", format!("give ({nv},)"));
+                given.extract::<Vec<f64>>().map_err(|_| fact())?
+            }
+            None => {
+                let mut effort = MotionLimits::of(&own.model).effort;
+                for (_, s) in own.model.multibody().subhinges().filter(|(_, s)| s.v.len() > 1) {
+                    effort[s.v.clone()].fill(0.0);
+                }
+                effort
+            }
+        };
+        let wishes = wishes(&all);
+        let (mut tau, mut vdot) = (vec![0.0; nv], vec![0.0; nv]);
+        let mut forces = vec![Vec3::zeros(); points.len()];
+        let told = own.ask(|r| {
+            let mut whole = WholeBody::new(r, points.len(), wishes.len());
+            let out = (&mut tau[..], &mut vdot[..], &mut forces[..]);
+            whole.solve(r, v.slice(), &points, &wishes, &effort, out)
+        })?;
+        let forces = forces.iter().flat_map(|f| [f.x, f.y, f.z]).collect();
+        Ok(WholeBodyForces { tau, vdot, forces, told })
+    }
+
+    /// Forces (nv,), N m and N, that make the tip of each chain a spring and a damper to where it should be, at the robot's q and rates v (nv,). springs: {part: (place, stiffness (6,), damping (6,))}: place as
+    /// (7,) or (4, 4), N m/rad and N/m, N m s/rad and N s/m along world axes. rest (nv,) acts as far as it moves no tip. At rest the tips give way to a wrench by its
+    /// share of the stiffness. Raises LinkworkError for names, other shapes, NaN, stiffness or damping below zero, and where the tips cannot move independently.
+    ///
+    /// >>> drone = linkwork.Builder().body("drone", "world", linkwork.Hinge.free(), mass=2, com=[0, 0, 0], inertia=np.eye(3) / 10).build()
+    /// >>> flying = linkwork.Robot(drone, chains={"body": ("world", "drone")}, colliders=[])
+    /// >>> flying.impedance({"body": ([0, 0, 0.1, 0, 0, 0, 1], 6 * [100.0], 6 * [5.0])}, np.zeros(6))[5].round(9).item()
+    /// 29.62
+    #[pyo3(signature = (springs, v, rest=None))]
+    fn impedance<'py>(
+        slf: &Bound<'py, Self>,
+        springs: &Bound<'py, PyDict>,
+        v: Given<'_, 'py>,
+        rest: Option<Given<'_, 'py>>,
+    ) -> PyResult<Array1<'py>> {
+        let own = base(slf);
+        let nv = own.model.nv();
+        let (mut parts, mut all) = (Vec::new(), Vec::new());
+        for (name, value) in pairs(springs) {
+            let name: String = name.extract()?;
+            let wrong = || {
+                let fact = format!("`springs[\"{name}\"]` is no spring");
+                refuse_with(fact, "give (place, stiffness (6,), damping (6,))")
+            };
+            let items: Vec<Bound<'_, PyAny>> = value.extract().map_err(|_| wrong())?;
+            let [place, stiffness, damping] = &items[..] else { return Err(wrong()) };
+            let of = |what: &str| format!("springs[\"{name}\"]: {what}");
+            let mut spring = Impedance::at(pose(Some(place), &of("place"))?, [0.0; 2], [0.0; 2]);
+            spring.stiffness = crate::array::fixed::<6>(stiffness, &of("stiffness"))?;
+            spring.damping = crate::array::fixed::<6>(damping, &of("damping"))?;
+            parts.push(name);
+            all.push(spring);
+        }
+        let mut space = own.task_space(&parts)?;
+        let v = vector(v, nv, "v")?;
+        let rest = rest.map(|r| vector(r, nv, "rest")).transpose()?;
+        let rest = rest.as_ref().map(Input::slice);
+        let mut tau = vec![0.0; nv];
+        own.ask(|r| space.impedance(r, v.slice(), &all, rest, &mut tau))?;
+        checked1(slf.py(), tau)
+    }
+
+    /// The composite inertia of a body at the robot's q: all that it carries, with what is held, as one: (mass, kg, centre of mass (3,), m, in the world, inertia (3, 3), kg m², about
+    /// that centre, world axes). Raises LinkworkError for an unknown body.
+    ///
+    /// >>> mass, com, inertia = robot.composite_inertia("lower")
+    /// >>> mass, inertia.shape
+    /// (2.0, (3, 3))
+    fn composite_inertia<'py>(
+        slf: &Bound<'py, Self>,
+        body: &str,
+    ) -> PyResult<(f64, Array1<'py>, Array2<'py>)> {
+        let (py, own) = (slf.py(), base(slf));
+        let id = own.body(body)?;
+        let mut robot = lock(&own.robot);
+        let inertia = robot.composite_inertia(id);
+        let mut com = robot.body_pose(id).position;
+        let mass = inertia.mass();
+        if mass > 0.0 {
+            com += inertia.h() / mass;
+        }
+        let I = inertia.inertia_com();
+        let rows = (0..9).map(|k| I[(k / 3, k % 3)]).collect();
+        Ok((mass, out1(py, com.as_slice().to_vec()), out2(py, rows, 3, 3)?))
+    }
+
+    /// Momentum (6,) about the centre of mass at the robot's q and rates v (nv,), with what is held: angular, kg m²/s, and linear, kg m/s, world axes. Raises
+    /// LinkworkError for another length and NaN.
+    ///
+    /// >>> robot.momentum([0.1, 0.2, 0.3]).shape
+    /// (6,)
+    fn momentum<'py>(slf: &Bound<'py, Self>, v: Given<'_, 'py>) -> PyResult<Array1<'py>> {
+        let own = base(slf);
+        let v = vector(v, own.model.nv(), "v")?;
+        Ok(out_force(slf.py(), &own.ask(|r| r.momentum(v.slice()))?))
+    }
+
+    /// The centroidal momentum matrix (6, nv) at the robot's q, with what is held: rates to `momentum`, kg m²/s and kg m/s.
+    ///
+    /// >>> bool(np.allclose(robot.centroidal_matrix() @ [0.1, 0.2, 0.3], robot.momentum([0.1, 0.2, 0.3])))
+    /// True
+    fn centroidal_matrix<'py>(slf: &Bound<'py, Self>) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let nv = own.model.nv();
+        let mut A = vec![0.0; 6 * nv];
+        own.ask(|r| r.centroidal_matrix(&mut A))?;
+        out2(slf.py(), A, 6, nv)
+    }
+}
+
+/// Points in a plane (n, 2), m.
+fn plane(given: Given<'_, '_>, what: &str) -> PyResult<Vec<[f64; 2]>> {
+    let input = Input::read(given, what)?;
+    if !matches!(input.shape(), [_, 2]) && !input.slice().is_empty() {
+        let fact = format!("`{what}` has the shape {:?}", input.shape());
+        return Err(refuse_with(fact, "give it the shape (n, 2): x and y of each, m"));
+    }
+    Ok(input.slice().chunks_exact(2).map(|p| [p[0], p[1]]).collect())
+}
+
+/// The support polygon of touching points (n, 2), m, on level ground: corners (k, 2), counter-clockwise. Raises LinkworkError for another shape and NaN.
+///
+/// >>> linkwork.support_polygon([[0, 0], [1, 0], [0.5, 0.2], [1, 1], [0, 1]]).tolist()
+/// [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+#[pyfunction]
+pub fn support_polygon<'py>(py: Python<'py>, points: Given<'_, 'py>) -> PyResult<Array2<'py>> {
+    let mut points = plane(points, "points")?;
+    let mut hull = vec![[0.0; 2]; points.len() + 1];
+    let n = polygon(&mut points, &mut hull);
+    out2(py, hull[..n].iter().flatten().copied().collect(), n, 2)
+}
+
+/// How far a point (2,), m, such as the centre of mass, is within a support polygon (k, 2): the distance to its nearest edge, m, negative outside. Raises
+/// LinkworkError for other shapes and NaN, and for a polygon without corners.
+///
+/// >>> linkwork.support_margin([[0, 0], [1, 0], [1, 1], [0, 1]], [0.5, 0.2])
+/// 0.2
+#[pyfunction]
+pub fn support_margin(polygon: Given<'_, '_>, point: Given<'_, '_>) -> PyResult<f64> {
+    let hull = plane(polygon, "polygon")?;
+    if hull.is_empty() {
+        return Err(refuse("`polygon` has no corners\n  help: give points that touch the ground"));
+    }
+    Ok(margin(&hull, crate::array::fixed::<2>(point, "point")?))
+}
