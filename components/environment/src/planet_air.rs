@@ -305,7 +305,9 @@ impl Service for MarsAtmosphere {
                     Some(season) => season,
                     None => {
                         let epoch = p.planet.epoch("a climate without `season`")?;
-                        MarsTime::at(epoch.tt().0 - 2_451_545.0 + epoch.tt().1).solar_longitude_deg.to_radians()
+                        let (day, part) = epoch.tt();
+                        let mars = MarsTime::at(day - 2_451_545.0 + part);
+                        mars.solar_longitude_deg.to_radians()
                     }
                 };
                 let Some(dust) = p.dust else {
