@@ -39,12 +39,17 @@ impl fmt::Display for Shown<'_> {
             f,
             "{what}: at most {:.4e}{unit} apart at {} s, rms {:.4e}{unit}, {:.4e}{unit} at {} s",
             a.most.0 / scale,
-            a.most.1,
+            told(a.most.1),
             rms / scale,
             a.last.0 / scale,
-            a.last.1
+            told(a.last.1)
         )
     }
+}
+
+/// A time (s) to a nanosecond, without what binary fractions add.
+fn told(t: f64) -> f64 {
+    (t * 1e9).round() / 1e9
 }
 
 #[cfg(test)]
@@ -61,6 +66,9 @@ mod tests {
         let text = Shown("x", "ft", 0.5, &a).to_string();
         let wanted = "x: at most 2.4000e1 ft apart at 3 s, rms 1.1628e1 ft, 0.0000e0 ft at 4 s";
         assert_eq!(text, wanted);
+        let mut late = Apart::default();
+        late.take(30.000_000_000_000_004, 1.0, true);
+        assert!(Shown("x", "", 1.0, &late).to_string().ends_with("at 30 s"));
         a.take(5.0, f64::NAN, false);
         assert!(Shown("x", "", 1.0, &a).to_string().contains("at most NaN apart at 5 s"));
     }

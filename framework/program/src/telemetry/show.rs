@@ -128,11 +128,12 @@ pub struct Beside {
     tracks: Tracks,
     /// Bodies and panels that the view gets.
     pub told: Told,
-    /// For each body, whether the log has poses at rows of the table: then differences are those at rows alone.
-    at_rows: Vec<bool>,
-    /// For each body position and attitude, for each curve its values.
+    /// For each body and each curve, whether the log has instants at rows of the table: then differences are those at rows alone,
+    /// since between rows the table is guessed.
+    at_rows: [Vec<bool>; 2],
+    /// For each body position and attitude, for each curve its values at all instants and at rows.
     bodies: Vec<[Apart; 2]>,
-    curves: Vec<Apart>,
+    curves: Vec<[Apart; 2]>,
 }
 
 /// A flight beside the run whose log is drawn, which has poses at `instants` (ns): the scene gets its shapes.
@@ -169,15 +170,19 @@ pub fn beside(
     }
     let (bodies, curves) = (
         vec![Default::default(); tracks.bodies.len()],
-        vec![Apart::default(); tracks.curves.len()],
+        vec![Default::default(); tracks.curves.len()],
     );
-    let at_rows = tracks.bodies.iter().map(|track| common_rows(track, instants) > 1).collect();
+    let row_of_body = |b: &Track, t: f64| b.at(t).is_some_and(|s| s.row);
+    let at_rows = [
+        tracks.bodies.iter().map(|b| common(instants, |t| row_of_body(b, t))).collect(),
+        tracks.curves.iter().map(|c| common(instants, |t| c.has_row(t))).collect(),
+    ];
     Ok(Beside { tracks, told, at_rows, bodies, curves })
 }
 
-/// Rows of a track at instants of a log (ns, rising).
-fn common_rows(track: &Track, instants: &[u64]) -> usize {
-    instants.iter().filter(|ns| track.at(**ns as f64 * 1e-9).is_some_and(|s| s.row)).count()
+/// Whether two at least of the instants of a log (ns, rising) are rows.
+fn common(instants: &[u64], row: impl Fn(f64) -> bool) -> bool {
+    instants.iter().filter(|ns| row(**ns as f64 * 1e-9)).nth(1).is_some()
 }
 
 /// The shapes of a body and of what it carries, tinted, on the body that is told.
@@ -226,7 +231,7 @@ impl Beside {
         let t = ns as f64 * 1e-9;
         let mut all = bodies.to_vec();
         let mut told: Vec<(String, f64)> = Vec::new();
-        let at_rows = self.at_rows.iter();
+        let at_rows = self.at_rows[0].iter();
         for ((track, apart), at_rows) in
             self.tracks.bodies.iter().zip(&mut self.bodies).zip(at_rows)
         {
@@ -269,12 +274,21 @@ impl Beside {
         player: &mut Player,
     ) -> Result<(), VizError> {
         let t = ns as f64 * 1e-9;
-        for (curve, apart) in self.tracks.curves.iter().zip(&mut self.curves) {
+        let at_rows = self.at_rows[1].iter();
+        for ((curve, apart), at_rows) in
+            self.tracks.curves.iter().zip(&mut self.curves).zip(at_rows)
+        {
             if curve.variable.as_deref() != Some(variable) {
                 continue;
             }
             let Some(y) = curve.at(t) else { continue };
-            apart.take(t, (y - x).abs(), false);
+            let row = curve.has_row(t);
+            apart[0].take(t, (y - x).abs(), row);
+            if row {
+                apart[1].take(t, (y - x).abs(), row);
+            } else if *at_rows {
+                continue;
+            }
             player.value(ns, &format!("{}.difference", flown(&curve.title)), y - x)?;
         }
         Ok(())
@@ -304,8 +318,9 @@ impl Beside {
                 say!("    {}", Shown("attitude", "deg", 1.0_f64.to_radians(), attitude));
             }
         }
-        for (curve, apart) in self.tracks.curves.iter().zip(&self.curves) {
+        for (curve, [all, rows]) in self.tracks.curves.iter().zip(&self.curves) {
             let Some(variable) = &curve.variable else { continue };
+            let apart = if rows.count > 1 { rows } else { all };
             if apart.count == 0 {
                 tell!(
                     "warning: curve `{}`: the log has no rows of `{variable}` at times of the table\n  help: name it in `log` \

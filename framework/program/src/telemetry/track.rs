@@ -117,6 +117,11 @@ impl Curve {
         &self.times.0
     }
 
+    /// Whether the table has a row with this value at a time (s).
+    pub fn has_row(&self, t: f64) -> bool {
+        matches!(self.times.find(t), Among::On(_))
+    }
+
     /// The value at a time (s), SI: a row as it is, a straight line between two.
     pub fn at(&self, t: f64) -> Option<f64> {
         match self.times.find(t) {
