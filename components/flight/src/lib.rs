@@ -21,8 +21,7 @@ pub mod parachute;
 pub mod program;
 pub mod propellant_tank;
 pub mod propulsion;
-pub mod radiation_panels;
-pub mod radiation_pressure;
+pub mod radiation;
 pub mod recontact;
 pub mod separation_spring;
 pub mod table;
@@ -80,8 +79,8 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<propulsion::thruster::Thruster>(),
         Entry::model::<propulsion::vector_thrust::VectorThrust>(),
         Entry::model::<propellant_tank::PropellantTank>(),
-        Entry::model::<radiation_panels::PanelRadiation>(),
-        Entry::model::<radiation_pressure::RadiationPressure>(),
+        Entry::model::<radiation::panels::PanelRadiation>(),
+        Entry::model::<radiation::ball::RadiationPressure>(),
         Entry::model::<recontact::Recontact>(),
         Entry::model::<separation_spring::SeparationSpring>(),
     ]

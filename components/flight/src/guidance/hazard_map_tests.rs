@@ -1,5 +1,6 @@
 //! Tests of `flight.hazard_map`: planes and bumps in closed form, the choice, noise, what is refused.
 use super::*;
+use crate::guidance::test_soil::firm;
 use std::sync::Arc;
 
 /// Ground whose height is a function of its place, within 500 m of the origin.
@@ -17,24 +18,6 @@ impl<F: Fn(f64, f64) -> f64 + Send + Sync> Terrain for Hills<F> {
     }
     fn surface(&self) -> Surface {
         Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: vec![] }
-    }
-}
-
-/// Of no soil in particular.
-fn firm() -> Soil {
-    Soil {
-        n: 1.0,
-        n1: 0.0,
-        k_c: 0.0,
-        k_phi: 1e6,
-        cohesion: 0.0,
-        friction_angle: 0.5,
-        shear_modulus: 0.02,
-        a0: 0.4,
-        a1: 0.1,
-        lambda: 0.5,
-        density: 1500.0,
-        friction: 0.7,
     }
 }
 

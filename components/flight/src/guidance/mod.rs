@@ -17,5 +17,7 @@ pub mod powered_descent;
 pub mod rendezvous;
 pub mod terminal_descent;
 pub mod terrain_fix;
+#[cfg(test)]
+mod test_soil;
 pub mod thrust_direction;
 pub mod waypoints;

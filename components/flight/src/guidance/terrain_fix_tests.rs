@@ -1,5 +1,6 @@
 //! Tests of `flight.terrain_fix`: shifts are found, to the deviation that is told; what may be false is refused.
 use super::*;
+use crate::guidance::test_soil::firm;
 use linkwork_spatial::Quat;
 use std::sync::Arc;
 
@@ -62,23 +63,7 @@ impl Terrain for Field {
 }
 
 fn field(shape: Shape) -> Field {
-    Field(
-        shape,
-        Soil {
-            n: 1.0,
-            n1: 0.0,
-            k_c: 0.0,
-            k_phi: 1e6,
-            cohesion: 0.0,
-            friction_angle: 0.5,
-            shear_modulus: 0.02,
-            a0: 0.4,
-            a1: 0.1,
-            lambda: 0.5,
-            density: 1500.0,
-            friction: 0.7,
-        },
-    )
+    Field(shape, firm())
 }
 
 fn fix(shape: Shape, sigma: f64) -> TerrainFix {

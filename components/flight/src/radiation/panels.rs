@@ -7,9 +7,9 @@
 //! Edges of penumbra and umbra are events. No panel shades another: right for convex bodies, an overestimate for others.
 //! The planet is a ball at the origin of W; its light is that of `linkwork_world::eclipse::planet_light`.
 
+use super::{Edges, look};
 use linkwork_runtime::prelude::*;
-use linkwork_world::eclipse::{Discs, planet_light, plate, pressure};
-use linkwork_world::planet::{AU, RADIUS_SUN};
+use linkwork_world::eclipse::{planet_light, plate, pressure};
 
 /// A flat panel, lit from the side of its normal. What has two sides is two panels.
 #[derive(Params, Clone, Debug)]
@@ -74,30 +74,12 @@ pub struct LitOut {
     pub planet_pressure: f64,
 }
 
-/// Where the light begins to fade and where it ends.
-#[derive(Ports, Clone, Copy, Debug)]
-pub struct LitEdges {
-    /// Angle to the outer edge of the penumbra, above zero in the light.
-    #[port("rad")]
-    pub penumbra: f64,
-    /// Angle to the umbra (or the ring), below zero inside.
-    #[port("rad")]
-    pub umbra: f64,
-}
-
 /// Light on panels.
 pub struct PanelRadiation {
     p: RadiationPanelParams,
 }
 
 impl PanelRadiation {
-    /// The Sun from the planet and from the body, m, and the two discs in the sky there, `r` (m, W).
-    fn look(&self, t: f64, r: Vec3) -> (Vec3, Vec3, Discs) {
-        let sun = self.p.sun.state(t);
-        let s = sun.direction * (sun.distance_au * AU);
-        (s, s - r, Discs::seen(&r, &s, self.p.planet_radius, RADIUS_SUN))
-    }
-
     /// Force and moment of light with a pressure (N/m²) from a direction, body axes.
     fn lit(&self, pressure: f64, from: &Vec3) -> (Vec3, Vec3) {
         let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
@@ -117,7 +99,7 @@ impl Model for PanelRadiation {
     type Params = RadiationPanelParams;
     type Ud = LitIn;
     type Yd = LitOut;
-    type G = LitEdges;
+    type G = Edges;
     fn build(mut p: RadiationPanelParams) -> Result<Self, BuildError> {
         for (k, panel) in p.panels.iter_mut().enumerate() {
             let refuse = |fact: String, help: &str| {
@@ -140,7 +122,8 @@ impl Model for PanelRadiation {
         Ok(PanelRadiation { p })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &LitIn) -> LitOut {
-        let (sun, to_sun, discs) = self.look(c.t, u.body.position);
+        let (sun, discs) = look(&*self.p.sun, self.p.planet_radius, c.t, u.body.position);
+        let to_sun = sun - u.body.position;
         let visible = discs.visible_fraction();
         let to_body = u.body.rotation.inverse();
         let d = to_sun.norm();
@@ -160,9 +143,8 @@ impl Model for PanelRadiation {
         let load = Wrench { moment: turn * moment, force: turn * force };
         LitOut { load, visible, pressure: sunlight, planet_pressure }
     }
-    fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &LitIn) -> LitEdges {
-        let (_, _, discs) = self.look(c.t, u.body.position);
-        LitEdges { penumbra: discs.penumbra_edge(), umbra: discs.umbra_edge() }
+    fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &LitIn) -> Edges {
+        Edges::of(&look(&*self.p.sun, self.p.planet_radius, c.t, u.body.position).1)
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
     fn fired(&self, _: &Clock, _: usize) -> ((), ()) {
@@ -174,6 +156,7 @@ impl Model for PanelRadiation {
 mod tests {
     use super::*;
     use linkwork_spatial::Quat;
+    use linkwork_world::planet::AU;
     use std::sync::Arc;
 
     struct Along(Vec3);

@@ -6,9 +6,9 @@
 //! Edges of penumbra and umbra are events: an adaptive integrator stops at them instead of stumbling over them.
 //! The force acts at the node and gives no moment there.
 
+use super::{Edges, look};
 use linkwork_runtime::prelude::*;
-use linkwork_world::eclipse::{Discs, cannonball, pressure};
-use linkwork_world::planet::{AU, RADIUS_SUN};
+use linkwork_world::eclipse::{cannonball, pressure};
 
 /// Shape and light.
 #[derive(Params, Clone, Debug)]
@@ -49,29 +49,9 @@ pub struct RadiationOut {
     pub pressure: f64,
 }
 
-/// Where the light begins to fade and where it ends.
-#[derive(Ports, Clone, Copy, Debug)]
-pub struct Edges {
-    /// Angle to the outer edge of the penumbra, above zero in the light.
-    #[port("rad")]
-    pub penumbra: f64,
-    /// Angle to the umbra (or the ring), below zero inside.
-    #[port("rad")]
-    pub umbra: f64,
-}
-
 /// Pressure of sunlight.
 pub struct RadiationPressure {
     p: RadiationParams,
-}
-
-impl RadiationPressure {
-    /// The Sun from the body, m, and the two discs in the sky there, `r` (m, W).
-    fn look(&self, t: f64, r: Vec3) -> (Vec3, Discs) {
-        let sun = self.p.sun.state(t);
-        let s = sun.direction * (sun.distance_au * AU);
-        (s - r, Discs::seen(&r, &s, self.p.planet_radius, RADIUS_SUN))
-    }
 }
 
 /// Pressure of sunlight on a ball, with the conical shadow of the planet at the origin of W.
@@ -83,7 +63,8 @@ impl Model for RadiationPressure {
     type Yd = RadiationOut;
     type G = Edges;
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &RadiationIn) -> RadiationOut {
-        let (to_sun, discs) = self.look(c.t, u.body.position);
+        let (sun, discs) = look(&*self.p.sun, self.p.planet_radius, c.t, u.body.position);
+        let to_sun = sun - u.body.position;
         let visible = discs.visible_fraction();
         // Area over a mass of 1 kg: newtons.
         let force = cannonball(&to_sun, self.p.area, self.p.reflectivity, visible);
@@ -94,8 +75,7 @@ impl Model for RadiationPressure {
         }
     }
     fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &RadiationIn) -> Edges {
-        let (_, discs) = self.look(c.t, u.body.position);
-        Edges { penumbra: discs.penumbra_edge(), umbra: discs.umbra_edge() }
+        Edges::of(&look(&*self.p.sun, self.p.planet_radius, c.t, u.body.position).1)
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
     fn fired(&self, _: &Clock, _: usize) -> ((), ()) {

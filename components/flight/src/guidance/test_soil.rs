@@ -1,0 +1,21 @@
+//! A soil for tests of what looks at ground and does not touch it.
+
+use linkwork_runtime::prelude::Soil;
+
+/// Of no soil in particular.
+pub fn firm() -> Soil {
+    Soil {
+        n: 1.0,
+        n1: 0.0,
+        k_c: 0.0,
+        k_phi: 1e6,
+        cohesion: 0.0,
+        friction_angle: 0.5,
+        shear_modulus: 0.02,
+        a0: 0.4,
+        a1: 0.1,
+        lambda: 0.5,
+        density: 1500.0,
+        friction: 0.7,
+    }
+}
