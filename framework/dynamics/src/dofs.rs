@@ -189,21 +189,30 @@ impl Dofs {
         }
         let pairs: usize = (0..nv).map(|i| self.end[i] as usize - i - 1).sum();
         self.dense = 3 * pairs > nv * nv.saturating_sub(1);
+        // Each block meets what its dofs carry and, inboard, runs up to where they leave them: no dof is looked at twice for a block.
+        let mut run_of = vec![0; nv];
+        for (k, run) in self.runs.iter().enumerate() {
+            run_of[run.clone()].fill(k);
+        }
+        let mut met: Vec<Range<usize>> = Vec::new();
         for start in (0..nv).step_by(WIDEST) {
-            let mut rows = vec![false; nv];
+            met.clear();
             for c in start..(start + WIDEST).min(nv) {
-                rows[c..self.end[c] as usize].fill(true);
-                let mut i = self.parent[c] as usize;
-                while i > 0 {
-                    rows[i - 1] = true;
-                    i = self.parent[i - 1] as usize;
+                met.push(c..self.end[c] as usize);
+                let mut inboard = self.parent[c] as usize;
+                // What is inboard of a dof of this block is there already.
+                while inboard > 0 && inboard <= start {
+                    let first = self.runs[run_of[inboard - 1]].start;
+                    met.push(first..inboard);
+                    inboard = self.parent[first] as usize;
                 }
             }
+            met.sort_by_key(|r| r.start);
             let mut runs: Vec<Range<usize>> = Vec::new();
-            for i in (0..nv).filter(|i| rows[*i]) {
+            for r in &met {
                 match runs.last_mut() {
-                    Some(run) if run.end == i => run.end = i + 1,
-                    _ => runs.push(i..i + 1),
+                    Some(run) if r.start <= run.end => run.end = run.end.max(r.end),
+                    _ => runs.push(r.clone()),
                 }
             }
             self.meets.push(runs);
@@ -285,5 +294,56 @@ impl Block {
         }
         let n = R.mul(three::<L>(&self.angular, at));
         V6 { n, f: r.cross_add(n, R.mul(three::<L>(&self.linear, at))) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Forests of dofs in depth-first order, from a chain to all on the base.
+    #[test]
+    fn a_block_meets_what_is_inboard_and_outboard_of_its_dofs() {
+        let mut seed = 7_u64;
+        let mut draw = |below: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) as usize % below
+        };
+        for case in 0..200 {
+            let nv = 1 + draw(40);
+            let mut dofs = Dofs::default();
+            // The dofs inboard of the last one, the base at the bottom.
+            let mut path = vec![0_u32];
+            for i in 0..nv {
+                let up = if case % 4 == 0 { 0 } else { draw(path.len().min(1 + case % 4)) };
+                path.truncate(path.len() - up);
+                dofs.parent.push(*path.last().unwrap_or(&0));
+                path.push(i as u32 + 1);
+            }
+            let mut end: Vec<usize> = (1..=nv).collect();
+            for i in (0..nv).rev() {
+                if let Some(p) = (dofs.parent[i] as usize).checked_sub(1) {
+                    end[p] = end[p].max(end[i]);
+                }
+            }
+            dofs.end = end.iter().map(|e| *e as u32).collect();
+            dofs.follow(nv);
+            let inboard = |mut of: usize, i: usize| {
+                while of > i {
+                    let Some(p) = (dofs.parent[of] as usize).checked_sub(1) else { return false };
+                    of = p;
+                }
+                of == i
+            };
+            for (k, runs) in dofs.meets.iter().enumerate() {
+                let block = k * WIDEST..((k + 1) * WIDEST).min(nv);
+                let meets = |i: usize| block.clone().any(|c| inboard(c, i) || inboard(i, c));
+                let wanted: Vec<usize> = (0..nv).filter(|i| meets(*i)).collect();
+                let got: Vec<usize> = runs.iter().cloned().flatten().collect();
+                assert_eq!(got, wanted, "case {case}, block {k}: {:?}", dofs.parent);
+                let apart = runs.windows(2).all(|r| r[0].end < r[1].start);
+                assert!(apart, "case {case}, block {k}: {runs:?}");
+            }
+        }
     }
 }

@@ -240,6 +240,31 @@ fn what_is_no_rover_is_refused() {
     lab.write("bad.urdf", "<robot name=");
     let told = lab.linkwork(&["new", "rover", "bad", "--from", "bad.urdf"]).code(2).err;
     assert!(told.contains("`bad.urdf` is not taken"), "{told}");
+    // Two wheels, as TIAGo has besides its casters.
+    let link = |name: &str, shape: &str| {
+        format!(
+            r#"<link name="{name}"><inertial><mass value="5"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>{shape}</link>"#
+        )
+    };
+    let tyre = r#"<collision><origin rpy="1.5708 0 0" xyz="0 0 0"/><geometry><cylinder radius="0.1" length="0.05"/></geometry></collision>"#;
+    let joint = |name: &str, y: f64| {
+        format!(
+            r#"<joint name="{name}_joint" type="continuous"><parent link="base"/><child link="{name}"/><origin xyz="0 {y} 0"/><axis xyz="0 1 0"/></joint>"#
+        )
+    };
+    let two = link("base", "")
+        + &link("l", tyre)
+        + &link("r", tyre)
+        + &joint("l", 0.2)
+        + &joint("r", -0.2);
+    lab.write("two.urdf", &format!("<robot name=\"two\">{two}</robot>"));
+    let told = lab.linkwork(&["new", "rover", "two", "--from", "two.urdf"]).code(2).err;
+    assert!(
+        told.contains("2 wheels")
+            && told.contains("casters")
+            && !told.contains("couple the joints"),
+        "{told}"
+    );
     // One remedy: that of the place.
     lab.write("welded.urdf", r#"<robot name="welded"><link name="world"/></robot>"#);
     let told = lab.linkwork(&["new", "rover", "welded", "--from", "welded.urdf"]).code(2).err;

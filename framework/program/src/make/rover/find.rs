@@ -284,11 +284,16 @@ pub fn vehicle(
         _ => None,
     };
     if 3 + suspension.len() > known + usize::from(differential.is_some()) {
+        let (n, joints) = (wheels.len(), suspension.join(", "));
+        if suspension.is_empty() {
+            let fact = format!("it would tip over: it has {n} wheels, and it takes three to stand");
+            let help = "name what else it stands on, such as casters, as wheels without a drive in a side-car beside the file: \
+                        SideCar(wheels: { \"caster\": (radius: \"3 cm\", width: \"2 cm\", role: Idle) })";
+            return Err((fact, help.into()));
+        }
         let fact = format!(
-            "{} wheels and {couplings} couplings do not determine how it lies on the ground with {} joints between wheels and body ({})",
-            wheels.len(),
+            "{n} wheels and {couplings} couplings do not determine how it lies on the ground with {} joints between wheels and body ({joints})",
             suspension.len(),
-            suspension.join(", ")
         );
         let help = "couple the joints, in a side-car: SideCar(couplings: { \"differential\": (terms: { \"left_joint\": 1, \"right_joint\": 1 }, constant: 0) }); or fix them in the file";
         return Err((fact, help.into()));
