@@ -111,10 +111,13 @@ for text in (linkwork.ray.__doc__, linkwork.ray.execute.__doc__):
 
 
 def test_examples_of_the_docstrings_run(tmp_path):
-    # In a process and with a cluster of their own, as a reader of them would; in a folder to write in.
+    # In a process and with a cluster of their own, as a reader of them would; in a folder to write in. Without "local" `ray.init` would
+    # join the cluster of the other tests, whose killed node is told in the midst of an example.
     for name in ("sims", "assemblies"):
         (tmp_path / name).symlink_to(SOURCE / name)
-    ran = subprocess.run([sys.executable, "-c", EXAMPLES], cwd=tmp_path, capture_output=True, text=True)
+    environment = os.environ | {"RAY_ADDRESS": "local", "RAY_USAGE_STATS_ENABLED": "0"}
+    command = [sys.executable, "-c", EXAMPLES]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
     assert ran.returncode == 0, ran.stdout + ran.stderr
 
 
