@@ -4,7 +4,7 @@ use linkwork_environment::height_field::HeightField;
 use linkwork_mobility::rigid_contact::Hub;
 use linkwork_mobility::soil_contact::{SoilContact, SoilState};
 use linkwork_mobility::terramechanics::{Motion, Rim, Shear, Sinkage, WheelSoil};
-use linkwork_mobility::wheel_geometry::Cylinder;
+use linkwork_collision::relief::Wheel;
 use linkwork_runtime::Soil;
 use linkwork_spatial::Vec3;
 use std::hint::black_box;
@@ -50,7 +50,7 @@ fn main() {
     }
     let normal = Vec3::new(0.1, 0.05, 1.0).normalize();
     let plane = |x: f64, y: f64| Some((-(normal.x * x + normal.y * y) / normal.z, normal));
-    let wheel = Cylinder { radius: 0.25, width: 0.4 };
+    let wheel = Wheel { radius: 0.25, width: 0.4 };
     let ns = best(50_000, |k| {
         let centre = Vec3::new(1e-6 * k, 0.0, 0.25);
         wheel.discs(centre, Vec3::y(), &plane)[0].depth()

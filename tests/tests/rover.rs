@@ -369,6 +369,36 @@ fn axle_loads_are_those_of_statics() {
     }
 }
 
+#[test]
+fn bogie_wheels_lift_at_the_slopes_of_the_reference() {
+    // With tractions in proportion to loads, as where all wheels are about to slide, the bogie's hinge is above the line of the other
+    // wheel's force at tan α = (x_b − x_r)/h_b = 44.0 deg uphill (middle wheel) and (x_m − x_b)/h_b = 35.0 deg downhill (rear wheel).
+    for (sign, lifts, k, near) in [(1.0, 44.0, 1, [41.0, 42.5]), (-1.0, 35.0, 2, [32.0, 33.5])] {
+        let shares = near.map(|angle: f64| {
+            // A little less friction than holds it: each wheel slides, slowly.
+            let friction = 0.998 * angle.to_radians().tan();
+            let set = [
+                format!("Rover.Hardware.Wheels.Wheel*.SurfaceContact.friction={friction}"),
+                // Tractions reach the ground undiminished.
+                "Rover.Hardware.Wheels.Wheel*.Motor.brake=2000".to_string(),
+            ];
+            let light = r#""chassis_mass": 899, "mast_mass": 0.01, "rocker_mass": 1, "bogie_mass": 1, "yoke_mass": 0.5, "wheel_mass": 3,"#;
+            let mut sim = made(sign * angle, false, light, &set.each_ref().map(|s| s.as_str()));
+            run(&mut sim, 3);
+            let found = axles(&sim, sign * angle);
+            let total: f64 = found.iter().map(|l| l[0]).sum();
+            println!("{}°: N and T of front, middle, rear {found:.1?}", sign * angle);
+            for [n, t] in found {
+                assert!((t / n / friction - 1.0).abs() < 0.02, "not sliding: {found:?}");
+            }
+            found[k][0] / total
+        });
+        let zero = near[0] + shares[0] / (shares[0] - shares[1]) * (near[1] - near[0]);
+        println!("shares {shares:.4?} at {near:?}°: none at {zero:.2}°, {lifts}° asked");
+        assert!(shares[1] > 0.0 && (zero - lifts).abs() < 1.0, "{shares:?}: {zero}");
+    }
+}
+
 /// Angle of a rocker.
 fn rocker(sim: &Simulation, side: &str) -> f64 {
     sim.get(&format!("Rover.Hardware.Chassis/rocker_{side}.angle")).unwrap()

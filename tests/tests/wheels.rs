@@ -3,7 +3,7 @@
 use linkwork_environment::height_field::HeightField;
 use linkwork_environment::soil::{SoilKind, SoilParams};
 use linkwork_mobility::terramechanics::{Motion, Rim, Shear, Sinkage, WheelSoil};
-use linkwork_mobility::wheel_geometry::{Cylinder, DISCS, DiscContact};
+use linkwork_collision::relief::{DISCS, DiscContact, Wheel};
 use linkwork_mobility::wheel_test::slip_on_slope;
 use linkwork_spatial::Vec3;
 
@@ -107,7 +107,7 @@ fn yard() -> HeightField {
 fn a_wheel_crosses_a_yard_of_rocks_without_a_jolt() {
     // Before, penetration went from 2.9 mm to 21.4 mm within one step of 0.25 mm.
     let field = yard();
-    let wheel = Cylinder { radius: 0.25, width: 0.4 };
+    let wheel = Wheel { radius: 0.25, width: 0.4 };
     let ground = |x: f64, y: f64| field.ground(x, y);
     let (mut c, hair) = (Vec3::new(0.5, 3.0, 0.5), 2.5e-4);
     let mut last: Option<(Vec3, [DiscContact; DISCS])> = None;

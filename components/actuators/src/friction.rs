@@ -1,10 +1,12 @@
 //! Dry friction of a shaft that holds exactly: an elasto-plastic bristle (Dupont et al. 2002).
 //! ```text
-//! ż = ω − α(|z|) ω [ω z > 0] − (|z| − z_max)₊ sign z/T      z_max = τ_max(sign z)/k
+//! ż by the law of bristles (`linkwork_solvers::contact_law`),   z_max = τ_max(sign z)/k
 //! τ = −k z − d ω, cut to −τ_max(+) ≤ τ ≤ τ_max(−)
 //! ```
 //! Below 0.9 z_max the bristle is a spring, so a loaded shaft at rest does not creep. The limit may differ between forward
 //! and backward motion, as the friction of a loaded gear does. Power is only taken: −τ ω − k z ż ≥ 0.
+
+use linkwork_solvers::contact_law::gives_way;
 
 /// A bristle on a shaft.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,9 +18,6 @@ pub struct ShaftFriction {
     /// Greatest torque against forward and against backward motion, N m, neither negative.
     pub limits: [f64; 2],
 }
-
-/// Time in which a bristle beyond its limit relaxes, s.
-const RELAX: f64 = 0.01;
 
 impl ShaftFriction {
     /// Torque on the shaft (N m) at the deflection `z` (rad) and the rate (rad/s).
@@ -33,13 +32,7 @@ impl ShaftFriction {
     /// Rate of the deflection, rad/s.
     pub fn deflection_rate(&self, z: f64, rate: f64) -> f64 {
         let longest = self.limits[usize::from(z < 0.0)] / self.stiffness;
-        let size = z.abs();
-        let mut out = rate;
-        if rate * z > 0.0 {
-            let t = ((size - 0.9 * longest) / (0.1 * longest).max(1e-300)).clamp(0.0, 1.0);
-            out -= t * t * (3.0 - 2.0 * t) * rate;
-        }
-        out - (size - longest).max(0.0) * z.signum() / RELAX
+        rate - gives_way(z.abs(), rate * z.signum(), longest) * z
     }
 }
 

@@ -16,7 +16,7 @@ use crate::craters::{Degraded, Surface};
 use crate::height_field::HeightField;
 use crate::landforms::{Dunes, Landform};
 use crate::random::{Random, mix};
-use linkwork_runtime::SurfaceFault;
+use linkwork_collision::relief::GridFault;
 
 /// A rock.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +83,7 @@ pub fn aged(recipe: &Recipe) -> Option<(Surface, Degraded)> {
 }
 
 /// Makes the terrain. Cost: about 10 noise values a node plus the stamps.
-pub fn make(recipe: &Recipe) -> Result<(HeightField, Vec<MadeRock>), SurfaceFault> {
+pub fn make(recipe: &Recipe) -> Result<(HeightField, Vec<MadeRock>), GridFault> {
     let s = recipe.spacing;
     let nodes = |length: f64| (length / s).round().max(0.0) as usize + 1;
     let (nx, ny) = (nodes(recipe.size[0]), nodes(recipe.size[1]));

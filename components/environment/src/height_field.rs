@@ -1,193 +1,13 @@
-//! A grid of heights with a smooth surface: cubic convolution (Catmull-Rom) between nodes.
-//! ```text
-//! h(x, y) = Σ_j Σ_i w_j(v) w_i(u) h_ij      over 4 × 4 nodes
-//! w(t) = ½ [−t + 2t² − t³,  2 − 5t² + 3t³,  t + 4t² − 3t³,  −t² + t³]
-//! n ∝ (−∂h/∂x, −∂h/∂y, 1)
-//! ```
-//! The surface passes through the nodes and its normal is the exact gradient and continuous, so a wheel
-//! feels no edge between cells; quadratic ground is reproduced exactly. At the border a ghost row
-//! continues the slope. Where a node of the 4 × 4 block has no data the cell falls back to the bilinear
-//! surface of its own four nodes; where one of those has none there is no ground. O(1).
+//! A grid of heights in memory, with the smooth surface of a [`Lattice`] through its nodes: what terrains are made of and edited in.
 
-use linkwork_runtime::{Surface, SurfaceFault};
+use linkwork_collision::relief::{GridFault, Lattice};
+use linkwork_runtime::Surface;
 use linkwork_spatial::Vec3;
-use wide::f64x4;
-
-/// Where the nodes of a grid are; x east, y north.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
-    origin: [f64; 2],
-    spacing: [f64; 2],
-    /// North-east node, m: derived.
-    end: [f64; 2],
-    /// Inverse of the spacing, 1/m: derived.
-    inverse: [f64; 2],
-    /// Column and row of the last cell: derived.
-    last: [i32; 2],
-    nx: usize,
-    ny: usize,
-}
-
-/// A cell, and where in it a point is.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Inside {
-    /// Column and row of the cell's south-west node.
-    pub i: usize,
-    pub j: usize,
-    /// From there, in cells.
-    u: f64,
-    v: f64,
-}
-
-impl Grid {
-    /// A grid with its south-west node at `origin` (m), nodes `spacing` apart (m), `nx` by `ny` nodes.
-    ///
-    /// # Errors
-    /// Fewer than 2 by 2 nodes, a spacing that is not positive, numbers that are not finite.
-    pub fn new(
-        origin: [f64; 2],
-        spacing: [f64; 2],
-        nx: usize,
-        ny: usize,
-    ) -> Result<Grid, SurfaceFault> {
-        Surface::check_grid(origin, spacing, nx, ny)?;
-        let inverse = spacing.map(|s| 1.0 / s);
-        let last = [nx, ny].map(|n| i32::try_from(n - 2).unwrap_or(i32::MAX));
-        Ok(Grid { origin, spacing, end: origin, inverse, last, nx, ny }.moved(origin))
-    }
-
-    /// The same nodes with the south-west one at `origin` (m).
-    pub fn moved(mut self, origin: [f64; 2]) -> Grid {
-        self.origin = origin;
-        let [.., x1, y1] = self.bounds();
-        self.end = [x1, y1];
-        self
-    }
-
-    /// The same nodes with the middle of the map at x = y = 0.
-    pub fn centred(self) -> Grid {
-        let [x0, y0, x1, y1] = self.bounds();
-        self.moved([-0.5 * (x1 - x0), -0.5 * (y1 - y0)])
-    }
-
-    /// x, y of the south-west node, m.
-    pub fn origin(&self) -> [f64; 2] {
-        self.origin
-    }
-
-    /// Distance of nodes along x and y, m.
-    pub fn spacing(&self) -> [f64; 2] {
-        self.spacing
-    }
-
-    /// Nodes along x and y.
-    pub fn size(&self) -> [usize; 2] {
-        [self.nx, self.ny]
-    }
-
-    /// x_min, y_min, x_max, y_max, m.
-    pub fn bounds(&self) -> [f64; 4] {
-        let [x, y] = self.origin;
-        let (w, h) = ((self.nx - 1) as f64, (self.ny - 1) as f64);
-        [x, y, x + w * self.spacing[0], y + h * self.spacing[1]]
-    }
-
-    /// The cell under x, y (m); `None` off the map.
-    #[inline]
-    pub(crate) fn cell(&self, x: f64, y: f64) -> Option<Inside> {
-        let ([x0, y0], [x1, y1]) = (self.origin, self.end);
-        // Written so that NaN is off the map.
-        if !(x >= x0 && y >= y0 && x <= x1 && y <= y1) {
-            return None;
-        }
-        let (gx, gy) = ((x - x0) * self.inverse[0], (y - y0) * self.inverse[1]);
-        // By way of i32, which the processor converts at once both ways.
-        let (i, j) = ((gx as i32).min(self.last[0]), (gy as i32).min(self.last[1]));
-        let (u, v) = (gx - f64::from(i), gy - f64::from(j));
-        Some(Inside { i: i as usize, j: j as usize, u, v })
-    }
-
-    /// Height (m) and unit normal in a cell; `None` where there is no data. `four` and `node` as for `relief`.
-    #[inline]
-    pub(crate) fn surface(
-        &self,
-        inside: Inside,
-        four: impl Fn(usize, usize) -> [f32; 4],
-        node: impl Fn(usize, usize) -> f32,
-    ) -> Option<(f64, Vec3)> {
-        let [h, sx, sy] = self.relief(inside, four, node);
-        let scale = 1.0 / (1.0 + sx * sx + sy * sy).sqrt();
-        (!h.is_nan()).then(|| (h, Vec3::new(-sx * scale, -sy * scale, scale)))
-    }
-
-    /// Height (m), ∂h/∂x and ∂h/∂y in a cell; NaN where there is no data. `four` gives the heights of four nodes of
-    /// row `j` from column `i` on, `node` that of one: both are asked for the nodes `i − 1` to `i + 2` of the rows `j − 1` to `j + 2`
-    /// of the cell, as far as the grid has them.
-    #[inline]
-    pub(crate) fn relief(
-        &self,
-        Inside { i, j, u, v }: Inside,
-        four: impl Fn(usize, usize) -> [f32; 4],
-        node: impl Fn(usize, usize) -> f32,
-    ) -> [f64; 3] {
-        let (wu, du) = weights(u);
-        let (wv, dv) = weights(v);
-        let (mut h, mut hu, mut hv) = (0.0, 0.0, 0.0);
-        if i > 0 && j > 0 && i + 2 < self.nx && j + 2 < self.ny {
-            // Columns side by side: one vector operation each.
-            let (wv, dv) = (wv.as_array(), dv.as_array());
-            let (mut value, mut slope) = (f64x4::ZERO, f64x4::ZERO);
-            for k in 0..4 {
-                let row = f64x4::new(four(i - 1, j - 1 + k).map(f64::from));
-                value = row.mul_add(f64x4::splat(wv[k]), value);
-                slope = row.mul_add(f64x4::splat(dv[k]), slope);
-            }
-            h = (wu * value).reduce_add();
-            (hu, hv) = ((du * value).reduce_add(), (wu * slope).reduce_add());
-        } else {
-            let [wu, du, wv, dv] = [wu, du, wv, dv].map(f64x4::to_array);
-            for k in 0..4 {
-                for l in 0..4 {
-                    let (a, b) = (i as isize + l as isize - 1, j as isize + k as isize - 1);
-                    let z = self.ghost(a, b, &node);
-                    h += wv[k] * wu[l] * z;
-                    hu += wv[k] * du[l] * z;
-                    hv += dv[k] * wu[l] * z;
-                }
-            }
-        }
-        if h.is_nan() {
-            let at = |a: usize, b: usize| f64::from(node(a, b));
-            let (h00, h10, h01, h11) = (at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1));
-            hu = (h10 - h00) * (1.0 - v) + (h11 - h01) * v;
-            hv = (h01 - h00) * (1.0 - u) + (h11 - h10) * u;
-            h = h00 + u * (h10 - h00) + v * (h01 - h00) + u * v * (h11 - h10 - h01 + h00);
-        }
-        [h, hu * self.inverse[0], hv * self.inverse[1]]
-    }
-
-    /// A node's height, continued linearly by one row beyond the border.
-    fn ghost(&self, i: isize, j: isize, node: &impl Fn(usize, usize) -> f32) -> f64 {
-        let (nx, ny) = (self.nx as isize, self.ny as isize);
-        let at = |a: isize, b: isize| self.ghost(a, b, node);
-        if i < 0 {
-            2.0 * at(0, j) - at(1, j)
-        } else if i >= nx {
-            2.0 * at(nx - 1, j) - at(nx - 2, j)
-        } else if j < 0 {
-            2.0 * at(i, 0) - at(i, 1)
-        } else if j >= ny {
-            2.0 * at(i, ny - 1) - at(i, ny - 2)
-        } else {
-            f64::from(node(i as usize, j as usize))
-        }
-    }
-}
 
 /// Heights on a regular grid; x east, y north, z up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightField {
-    grid: Grid,
+    grid: Lattice,
     /// Row-major, y outer, the southern row first; NaN: no data.
     heights: Vec<f32>,
 }
@@ -197,32 +17,32 @@ impl HeightField {
     /// (m, x fastest, southern row first, NaN for no data).
     ///
     /// # Errors
-    /// [`SurfaceFault`].
+    /// [`GridFault`].
     pub fn new(
         origin: [f64; 2],
         spacing: [f64; 2],
         nx: usize,
         ny: usize,
         heights: Vec<f32>,
-    ) -> Result<HeightField, SurfaceFault> {
+    ) -> Result<HeightField, GridFault> {
         let surface = Surface { origin, spacing, nx, ny, heights };
         surface.check()?;
-        Ok(HeightField { grid: Grid::new(origin, spacing, nx, ny)?, heights: surface.heights })
+        Ok(HeightField { grid: Lattice::new(origin, spacing, nx, ny)?, heights: surface.heights })
     }
 
     /// Where its nodes are.
-    pub fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &Lattice {
         &self.grid
     }
 
     /// x, y of the south-west node, m.
     pub fn origin(&self) -> [f64; 2] {
-        self.grid.origin
+        self.grid.origin()
     }
 
     /// Distance of nodes along x and y, m.
     pub fn spacing(&self) -> [f64; 2] {
-        self.grid.spacing
+        self.grid.spacing()
     }
 
     /// Nodes along x and y.
@@ -248,7 +68,7 @@ impl HeightField {
 
     /// Changes every height that has data: `f(x, y, h)` in m.
     pub fn map(&mut self, mut f: impl FnMut(f64, f64, f64) -> f64) {
-        let Grid { origin, spacing, nx, ny, .. } = self.grid;
+        let (origin, spacing, [nx, ny]) = (self.grid.origin(), self.grid.spacing(), self.grid.size());
         for j in 0..ny {
             let y = origin[1] + j as f64 * spacing[1];
             for i in 0..nx {
@@ -272,7 +92,7 @@ impl HeightField {
 
     /// Changes the heights within x_min, y_min, x_max, y_max (m): `f(x, y, h)`.
     pub fn map_within(&mut self, within: [f64; 4], mut f: impl FnMut(f64, f64, f64) -> f64) {
-        let Grid { origin, spacing, nx, ny, .. } = self.grid;
+        let (origin, spacing, [nx, ny]) = (self.grid.origin(), self.grid.spacing(), self.grid.size());
         let low = |p: f64, k: usize| ((p - origin[k]) / spacing[k]).ceil().max(0.0) as usize;
         let high = |p: f64, k: usize, n: usize| {
             let at = ((p - origin[k]) / spacing[k]).floor();
@@ -332,15 +152,15 @@ impl HeightField {
         }
         let (low, high) = (self.grid.cell(ends[0], ends[1])?, self.grid.cell(ends[2], ends[3])?);
         let (i, j) = (low.i.checked_sub(1)?, low.j.checked_sub(1)?);
-        let rows = high.j + 3 - j;
-        if high.i + 3 - i > WINDOW || rows > WINDOW || i + WINDOW > self.grid.nx {
+        let (rows, [nx, ny]) = (high.j + 3 - j, self.grid.size());
+        if high.i + 3 - i > WINDOW || rows > WINDOW || i + WINDOW > nx {
             return None;
         }
-        if high.j + 3 > self.grid.ny {
+        if high.j + 3 > ny {
             return None;
         }
         for (k, row) in copy.chunks_exact_mut(WINDOW).take(rows).enumerate() {
-            let from = (j + k) * self.grid.nx + i;
+            let from = (j + k) * nx + i;
             row.copy_from_slice(&self.heights[from..from + WINDOW]);
         }
         Some(Window { i, j, nx: WINDOW, heights: copy })
@@ -348,7 +168,7 @@ impl HeightField {
 
     #[inline]
     fn nodes(&self) -> Window<'_> {
-        Window { i: 0, j: 0, nx: self.grid.nx, heights: &self.heights }
+        Window { i: 0, j: 0, nx: self.grid.size()[0], heights: &self.heights }
     }
 }
 
@@ -372,31 +192,15 @@ pub(crate) struct Window<'a> {
 
 impl Window<'_> {
     #[inline(always)]
-    pub fn four(self, i: usize, j: usize) -> [f32; 4] {
+    pub fn four(self, i: usize, j: usize) -> [f64; 4] {
         let at = (j - self.j) * self.nx + i - self.i;
-        self.heights[at..at + 4].try_into().unwrap_or_default()
+        let four: [f32; 4] = self.heights[at..at + 4].try_into().unwrap_or_default();
+        four.map(f64::from)
     }
     #[inline(always)]
-    pub fn one(self, i: usize, j: usize) -> f32 {
-        self.heights[(j - self.j) * self.nx + i - self.i]
+    pub fn one(self, i: usize, j: usize) -> f64 {
+        f64::from(self.heights[(j - self.j) * self.nx + i - self.i])
     }
-}
-
-/// Weights of the four nodes and their derivatives.
-#[inline(always)]
-fn weights(t: f64) -> (f64x4, f64x4) {
-    /// Coefficients of the cubics, by power.
-    const C: [[f64; 4]; 4] = [
-        [0.0, 1.0, 0.0, 0.0],
-        [-0.5, 0.0, 0.5, 0.0],
-        [1.0, -2.5, 2.0, -0.5],
-        [-0.5, 1.5, -1.5, 0.5],
-    ];
-    const D: [[f64; 4]; 3] = [C[1], [2.0, -5.0, 4.0, -1.0], [-1.5, 4.5, -4.5, 1.5]];
-    let t = f64x4::splat(t);
-    let [c0, c1, c2, c3] = C.map(f64x4::new);
-    let [d0, d1, d2] = D.map(f64x4::new);
-    (c3.mul_add(t, c2).mul_add(t, c1).mul_add(t, c0), d2.mul_add(t, d1).mul_add(t, d0))
 }
 
 #[cfg(test)]
@@ -511,7 +315,7 @@ mod tests {
     fn wrong_grids_say_what_is_wrong() {
         assert!(HeightField::new([0.0; 2], [1.0; 2], 1, 5, vec![0.0; 5]).is_err());
         let e = HeightField::new([0.0; 2], [1.0; 2], 3, 5, vec![0.0; 5]).unwrap_err();
-        assert_eq!(e, SurfaceFault::Count { got: 5, nx: 3, ny: 5 });
+        assert_eq!(e, GridFault::Count { got: 5, nx: 3, ny: 5 });
         assert!(e.to_string().contains("5 heights for 3 by 5 nodes"));
         assert!(HeightField::new([0.0; 2], [0.0, 1.0], 2, 2, vec![0.0; 4]).is_err());
     }

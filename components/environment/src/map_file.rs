@@ -2,7 +2,8 @@
 //!
 //! Tiles and GeoTIFF are read row by row, so that a map may be larger than memory; the others are held as a whole.
 
-use crate::height_field::{Grid, HeightField};
+use crate::height_field::HeightField;
+use linkwork_collision::relief::Lattice;
 use crate::terrain::heights_of;
 use crate::tiles::{HeightRows, TileError, Tiles, write_tiles};
 use linkwork_formats::heights::{
@@ -20,7 +21,7 @@ pub enum OpenMap {
     /// Tiles, read as they are needed.
     Tiles(Box<Tiles>),
     /// A GeoTIFF, read as rows are needed.
-    Rows(Box<GeoTiff<BufReader<File>>>, Grid),
+    Rows(Box<GeoTiff<BufReader<File>>>, Lattice),
 }
 
 fn ending(path: &Path) -> String {
@@ -54,7 +55,7 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
             let file = BufReader::new(File::open(path).map_err(|e| fault(&e))?);
             let open = GeoTiff::open(file, there.len(), options).map_err(|e| fault(&e))?;
             let [nx, ny] = open.size();
-            let grid = Grid::new(open.origin(), open.spacing(), nx, ny).map_err(|e| fault(&e))?;
+            let grid = Lattice::new(open.origin(), open.spacing(), nx, ny).map_err(|e| fault(&e))?;
             Ok(OpenMap::Rows(Box::new(open), grid))
         }
         _ => {
@@ -69,7 +70,7 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
 }
 
 impl HeightRows for OpenMap {
-    fn grid(&self) -> Grid {
+    fn grid(&self) -> Lattice {
         match self {
             OpenMap::Whole(field) => *field.grid(),
             OpenMap::Tiles(tiles) => *tiles.grid(),
@@ -115,7 +116,7 @@ impl OpenMap {
 /// The smooth surface of a map at other nodes; where these are farther apart than the map's, the mean around each.
 pub struct Resampled {
     map: OpenMap,
-    grid: Grid,
+    grid: Lattice,
     /// Samples along x and y for each node, and the distance between them (m).
     samples: [usize; 2],
     apart: [f64; 2],
@@ -133,7 +134,7 @@ impl Resampled {
         let map = map.anywhere()?;
         let old = map.grid();
         // Says what is wrong with a spacing before it is counted with.
-        Grid::new(old.origin(), spacing, 2, 2).map_err(|e| BuildError::of(&e))?;
+        Lattice::new(old.origin(), spacing, 2, 2).map_err(|e| BuildError::of(&e))?;
         let [x0, y0, x1, y1] = old.bounds();
         // A last node that rounding puts beyond the edge is the edge.
         let count = |k: usize, length: f64| (length / spacing[k] * (1.0 + 1e-12)).floor() + 1.0;
@@ -144,7 +145,7 @@ impl Resampled {
                 .help("choose a larger distance: 2^31 nodes along an edge at most"));
         }
         let (nx, ny) = (nx as usize, ny as usize);
-        let grid = Grid::new(old.origin(), spacing, nx, ny).map_err(|e| BuildError::of(&e))?;
+        let grid = Lattice::new(old.origin(), spacing, nx, ny).map_err(|e| BuildError::of(&e))?;
         let ratio = |k: usize| (spacing[k] / old.spacing()[k] - 1e-9).ceil().max(1.0) as usize;
         let samples = [ratio(0).min(SAMPLES_MAX), ratio(1).min(SAMPLES_MAX)];
         let apart = [0, 1].map(|k| spacing[k] / samples[k] as f64);
@@ -177,7 +178,7 @@ impl Resampled {
 }
 
 impl HeightRows for Resampled {
-    fn grid(&self) -> Grid {
+    fn grid(&self) -> Lattice {
         self.grid
     }
 

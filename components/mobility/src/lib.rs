@@ -19,8 +19,6 @@ pub mod scm;
 pub mod soil_contact;
 pub mod terramechanics;
 pub mod tiles;
-pub mod wheel_geometry;
-mod wheel_profile;
 pub mod wheel_rigid;
 pub mod wheel_rolling;
 pub mod wheel_scm;

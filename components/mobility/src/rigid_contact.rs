@@ -1,27 +1,26 @@
-//! Rigid wheel on rigid ground: Hunt-Crossley normal force and elasto-plastic bristle friction.
+//! Rigid wheel on rigid ground: the law of compliant contact (`linkwork_solvers::contact_law`) on the discs of a wheel.
 //! ```text
-//! normal     N_j = w_j k δ_j^p (1 + 1.5 e δ̇_j)₊  of each patch       (Hunt, Crossley 1975)
-//! bristle    ξ̇ = v − α(|ξ|) (v·ξ̂)₊ ξ/ξ_max − (|ξ| − ξ_max)₊ ξ̂/T,   ξ_max = μ N/k_t
-//!            α = 0 below ξ_ba = 0.9 ξ_max, 1 at ξ_max, a cubic between (Dupont et al. 2002)
+//! normal     N_j = w_j k δ_j^p (1 + 1.5 e δ̇_j)₊  of each patch
+//! bristle    ξ of each disc, by the law;  ξ_max = μ N/k_t
 //! friction   F = −k_t ξ − d v,  cut to |F| ≤ μ N
 //! ```
 //! ξ is the tangential deflection of the contact in W and v the material point's velocity in
-//! the tangent plane, spin of the wheel included. Below ξ_ba the bristle is a spring and a damper:
-//! a parked wheel holds exactly. Each of the discs across the width is a contact of its own with its share
+//! the tangent plane, spin of the wheel included. Each of the discs across the width is a contact of its own with its share
 //! of the stiffness, so the wheel resists turning about the normal and tilting.
 //!
 //! A disc that touches floor and step has several patches and one bristle, along the rim and across: v is the mean of
 //! the patches' velocities weighted by N_j, N their sum, and each patch takes its part of F along its own rim, which
 //! conserves power: Σ F_j·v_j = F·v.
 
-use crate::wheel_geometry::{Cylinder, DISCS, DiscContact, Ground, PATCHES, Patch};
+use linkwork_collision::relief::{DISCS, DiscContact, PATCHES, Patch, Relief, Wheel};
+use linkwork_solvers::contact_law::{RELAX, elastic, gives_way};
 use linkwork_spatial::Vec3;
 
 /// Constants of the contact of a whole wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidContact {
     /// Wheel.
-    pub wheel: Cylinder,
+    pub wheel: Wheel,
     /// Normal stiffness `k`, N/m^p.
     pub stiffness: f64,
     /// Exponent `p`: 1 for a flat contact, 1.5 for a sphere.
@@ -73,11 +72,6 @@ pub struct ContactLoad {
     pub dissipation: f64,
 }
 
-/// Time in which a bristle beyond its limit relaxes, s.
-const RELAX: f64 = 0.01;
-/// Start of sliding as a fraction of the greatest deflection.
-const BREAKAWAY: f64 = 0.9;
-
 /// What a disc does: its patches with their normal forces, and the mean over them.
 struct DiscState<'a> {
     contact: &'a DiscContact,
@@ -115,7 +109,7 @@ impl RigidContact {
         &self,
         hub: &Hub,
         bristles: &Bristles,
-        ground: &impl Ground,
+        ground: &(impl Relief + ?Sized),
     ) -> (ContactLoad, Bristles) {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
         let mut load = ContactLoad {
@@ -167,7 +161,7 @@ impl RigidContact {
     }
 
     /// The rates of the bristles alone, m/s.
-    pub fn rates(&self, hub: &Hub, bristles: &Bristles, ground: &impl Ground) -> Bristles {
+    pub fn rates(&self, hub: &Hub, bristles: &Bristles, ground: &(impl Relief + ?Sized)) -> Bristles {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
         std::array::from_fn(|i| match self.disc(hub, &discs[i]) {
             Some(d) => self.friction(&d, &bristles[i]).1,
@@ -176,13 +170,7 @@ impl RigidContact {
     }
 
     fn static_normal(&self, patch: &Patch) -> f64 {
-        let depth = patch.depth;
-        let power = match self.exponent {
-            1.0 => depth,
-            1.5 => depth * depth.sqrt(),
-            p => depth.powf(p),
-        };
-        self.stiffness / DISCS as f64 * patch.share * power
+        elastic(self.stiffness / DISCS as f64 * patch.share, self.exponent, patch.depth)
     }
 
     fn disc<'a>(&self, hub: &Hub, contact: &'a DiscContact) -> Option<DiscState<'a>> {
@@ -238,13 +226,7 @@ impl RigidContact {
         let mut rate = d.slide;
         if size > 0.0 {
             let toward = (d.slide[0] * xi[0] + d.slide[1] * xi[1]) / size;
-            let mut cut = 0.0;
-            if toward > 0.0 {
-                cut = plastic_share(size, longest) * toward / size.max(longest).max(1e-300);
-            }
-            if size > longest {
-                cut += (size - longest) / (size * RELAX);
-            }
+            let cut = gives_way(size, toward, longest);
             rate = [rate[0] - cut * xi[0], rate[1] - cut * xi[1]];
         }
         let mut force: [f64; 2] = std::array::from_fn(|k| -xi[k] * kt - d.slide[k] * dt);
@@ -258,19 +240,6 @@ impl RigidContact {
 
 fn length([a, b]: [f64; 2]) -> f64 {
     (a * a + b * b).sqrt()
-}
-
-/// Share of the motion that is sliding (Dupont): 0 while the bristle is elastic, 1 at the limit.
-fn plastic_share(length: f64, longest: f64) -> f64 {
-    let start = BREAKAWAY * longest;
-    if length <= start {
-        return 0.0;
-    }
-    if length >= longest {
-        return 1.0;
-    }
-    let t = (length - start) / (longest - start);
-    t * t * (3.0 - 2.0 * t)
 }
 
 #[cfg(test)]

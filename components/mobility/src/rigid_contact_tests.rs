@@ -4,7 +4,7 @@ use super::*;
 
 fn msl() -> RigidContact {
     RigidContact {
-        wheel: Cylinder { radius: 0.25, width: 0.4 },
+        wheel: Wheel { radius: 0.25, width: 0.4 },
         stiffness: 4e5,
         exponent: 1.0,
         dissipation: 3.0,

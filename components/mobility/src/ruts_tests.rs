@@ -5,10 +5,10 @@ use crate::rigid_contact::Hub;
 use crate::soil_contact::{SoilContact, SoilLoad, SoilState};
 use crate::terramechanics::Shear;
 use crate::test_soils::lunar;
-use crate::wheel_geometry::Cylinder;
+use linkwork_collision::relief::Wheel;
 use crate::wheel_rigid::tests::plane;
 
-const WHEEL: Cylinder = Cylinder { radius: 0.25, width: 0.4 };
+const WHEEL: Wheel = Wheel { radius: 0.25, width: 0.4 };
 const MASS: f64 = 150.0;
 const GRAVITY: f64 = 3.72;
 const DT: f64 = 1e-3;

@@ -25,7 +25,7 @@ use crate::multipass::Rut;
 use crate::rigid_contact::Hub;
 use crate::ruts::Past;
 use crate::terramechanics::{Motion, Rim, Shear, Sinkage, WheelForces, WheelSoil};
-use crate::wheel_geometry::{Cylinder, DISCS, Ground};
+use linkwork_collision::relief::{DISCS, Relief, Wheel};
 use linkwork_runtime::prelude::Soil;
 use linkwork_spatial::Vec3;
 
@@ -33,7 +33,7 @@ use linkwork_spatial::Vec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoilContact {
     /// Wheel; the radius is the shear radius (with grousers).
-    pub wheel: Cylinder,
+    pub wheel: Wheel,
     /// Sharing of shear stress.
     pub shear: Shear,
     /// Gravity for the weight of bulldozed soil, m/s².
@@ -133,7 +133,7 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Ground,
+        ground: &(impl Relief + ?Sized),
         past: Option<Past<'_>>,
     ) -> (SoilLoad, SoilState) {
         match self.footprint(soil, hub, state, ground, past) {
@@ -147,7 +147,7 @@ impl SoilContact {
         soil: &Soil,
         hub: &Hub,
         state: &SoilState,
-        ground: &impl Ground,
+        ground: &(impl Relief + ?Sized),
         past: Option<Past<'_>>,
     ) -> Option<Footprint> {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);

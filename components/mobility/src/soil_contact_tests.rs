@@ -5,7 +5,7 @@ use crate::test_soils::*;
 
 fn contact() -> SoilContact {
     SoilContact {
-        wheel: Cylinder { radius: 0.25, width: 0.4 },
+        wheel: Wheel { radius: 0.25, width: 0.4 },
         shear: Shear::Isotropic,
         gravity: 3.72,
         shear_damping: 0.02,

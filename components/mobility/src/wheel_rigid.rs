@@ -4,7 +4,7 @@
 //! the left) and its angular velocity matter.
 
 use crate::rigid_contact::{Bristles, Hub, RigidContact};
-use crate::wheel_geometry::{Cylinder, Service};
+use linkwork_collision::relief::Wheel;
 use linkwork_runtime::prelude::*;
 
 /// Wheel, ground and contact constants.
@@ -154,7 +154,7 @@ impl WheelRigid {
         let friction =
             p.friction.unwrap_or_else(|| p.terrain.soil(hub.position.x, hub.position.y).friction);
         RigidContact {
-            wheel: Cylinder { radius: p.radius, width: p.width },
+            wheel: Wheel { radius: p.radius, width: p.width },
             stiffness: p.stiffness,
             exponent: p.exponent,
             dissipation: p.dissipation,
@@ -176,7 +176,7 @@ impl Model for WheelRigid {
     fn direct(&self, _: &Clock, x: &BristleState, _: &(), u: &WheelIn) -> RigidOut {
         let hub = hub_of(&u.hub);
         let (load, [right_rate, middle_rate, left_rate]) =
-            self.contact(&hub).evaluate(&hub, &x.array(), &Service(&*self.p.terrain));
+            self.contact(&hub).evaluate(&hub, &x.array(), &*self.p.terrain);
         let (slip, slip_angle) = slip_of(&hub, self.p.radius, &load.normal);
         RigidOut {
             load: Wrench { moment: load.moment, force: load.force },

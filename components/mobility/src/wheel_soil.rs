@@ -7,7 +7,7 @@ use crate::rigid_contact::Hub;
 use crate::ruts::{Ruts, Tracks};
 use crate::soil_contact::{SoilContact, SoilState};
 use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
-use crate::wheel_geometry::{Cylinder, Service};
+use linkwork_collision::relief::Wheel;
 use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground};
 use linkwork_runtime::prelude::*;
 
@@ -159,7 +159,7 @@ impl WheelSoilModel {
         let radius = p.radius + p.grouser_share * p.grouser_height;
         let k = [0.0, soil.shear_modulus];
         SoilContact {
-            wheel: Cylinder { radius, width: p.width },
+            wheel: Wheel { radius, width: p.width },
             shear: match p.shear {
                 ShearLaw::Isotropic => Shear::Isotropic,
                 ShearLaw::Independent => Shear::Independent { k_x: k, k_y: k },
@@ -216,10 +216,10 @@ impl Model for WheelSoilModel {
     ) -> SoilOut {
         let hub = hub_of(&u.hub);
         let soil = self.soil(&hub);
-        let ground = Service(&*self.p.terrain);
+        let ground = &*self.p.terrain;
         let contact = self.contact(soil, c.t, &hub);
         let past = ruts.with::<Ruts>().map(|(ruts, tracks)| ruts.past(tracks));
-        let (load, rate) = contact.evaluate(soil, &hub, &x.state(), &ground, past);
+        let (load, rate) = contact.evaluate(soil, &hub, &x.state(), ground, past);
         SoilOut {
             load: Wrench { moment: load.moment, force: load.force },
             normal_force: load.local.fz,

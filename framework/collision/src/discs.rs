@@ -9,27 +9,34 @@
 //! polish   the greatest separation near each, sep(n); the greater of both                        (polish.rs)
 //! point    the disc's point farthest along −n
 //! ```
-//! Where an end of the cylinder faces the other (it lies on its side), and on surfaces, discs touch as cylinders do.
+//! On a height field a disc meets the smooth surface through the heights ([`relief`](crate::relief)), as the models of wheels do.
+//! Where an end of the cylinder faces the other (it lies on its side), and on meshes, discs touch as cylinders do.
 
 use crate::axis::{self, Nearest, Source};
-use crate::core::{Core, Placed};
+use crate::core::{Core, Placed, mix};
 use crate::manifold::{Point, Room, inset};
 use crate::pairs::{Ask, pair};
 use crate::polish::polish;
+use crate::relief::{Disc, Relief};
 use crate::shape::Shape;
 use crate::solid::{Kind, Solid};
+use crate::surface::Surface;
 use linkwork_multibody::spatial::{Pose, Vec3};
 
 /// Half of a disc's thickness in radii.
 const THIN: f64 = 1e-3;
 /// An end faces the other above this cosine.
 const ENDS: f64 = 0.98;
+/// On a ground the disc lies on its side when its axle is as upright as this, sine of the elevation.
+const UPRIGHT: f64 = 0.9;
 
 /// The discs of one cylinder.
 #[derive(Debug)]
 pub(crate) struct Discs {
     /// One of them about its own middle.
     solid: Solid,
+    /// m.
+    radius: f64,
     /// The same with half the radius.
     inner: Core,
     /// Where their middles are on the cylinder's axis, m.
@@ -58,7 +65,7 @@ impl Discs {
             n => (0..n).map(|k| reach * (2.0 * f64::from(k) / f64::from(n - 1) - 1.0)).collect(),
         };
         let inner = Core::Cylinder { r: 0.5 * radius, h: half };
-        Some(Self { solid, inner, places, near: 3.0 * half })
+        Some(Self { solid, radius, inner, places, near: 3.0 * half })
     }
 
     /// Where the discs are on the cylinder's axis, m.
@@ -80,6 +87,14 @@ impl Discs {
             Rolls::First => X_AB.inverse() * along,
             Rolls::Second => *X_AB * along,
         };
+        if let Kind::Surface(Surface::Grid(ground)) = &other.kind
+            && self.on_ground(ground, &X_disc, ask, room)
+        {
+            if which == Rolls::First {
+                room.points.iter_mut().for_each(|p| *p = swapped(p, X_AB));
+            }
+            return;
+        }
         if let (Kind::Convex { core, round }, Kind::Convex { core: disc, .. }) =
             (&other.kind, &self.solid.kind)
         {
@@ -98,11 +113,11 @@ impl Discs {
                     p.pa += p.n * thick[0];
                     p.pb -= p.n * thick[1];
                     p.gap -= thick[0] + thick[1];
-                    if which == Rolls::First {
-                        (p.pa, p.pb) = (X_AB.transform_point(&p.pb), X_AB.transform_point(&p.pa));
-                        p.n = -X_AB.transform_vector(&p.n);
-                    }
-                    return room.points.push(p);
+                    return room.points.push(if which == Rolls::First {
+                        swapped(&p, X_AB)
+                    } else {
+                        p
+                    });
                 }
                 Found::Flat => {}
             }
@@ -117,6 +132,33 @@ impl Discs {
             Rolls::Second => pair(other, &self.solid, &X_disc, ask, room),
         }
         self.join(&mut room.points);
+    }
+
+    /// Points of the disc at `X_disc` on a ground, in its frame and with it as the first; false where the disc lies on its side. Of patches that share
+    /// a depth each is told with its part.
+    fn on_ground(&self, ground: &impl Relief, X_disc: &Pose, ask: &Ask, room: &mut Room) -> bool {
+        let axle = X_disc.rotation * Vec3::z();
+        if axle.z.abs() > UPRIGHT {
+            return false;
+        }
+        let thick = ask.padding[0] + ask.padding[1];
+        let disc = Disc {
+            radius: self.radius,
+            centre: X_disc.position,
+            axle,
+            margin: (ask.margin + thick).max(0.0),
+        };
+        room.points.clear();
+        for (k, p) in disc.contact(ground).patches().iter().enumerate() {
+            let depth = if p.depth > 0.0 { p.depth * p.share } else { p.depth };
+            let gap = -depth - thick;
+            if gap <= ask.margin {
+                let pa = p.point + p.normal * depth;
+                let name = mix(7, k as u64);
+                room.points.push(Point { pa, pb: p.point, n: p.normal, gap, name });
+            }
+        }
+        true
     }
 
     /// Makes one point of those at both sides of a disc that has hardly any thickness.
@@ -138,6 +180,16 @@ impl Discs {
             }
         }
         points.truncate(kept);
+    }
+}
+
+/// A point in the frame of the second, told in that of the first, with the roles of both exchanged; `X_AB` is that of the second in the first.
+fn swapped(p: &Point, X_AB: &Pose) -> Point {
+    Point {
+        pa: X_AB.transform_point(&p.pb),
+        pb: X_AB.transform_point(&p.pa),
+        n: -X_AB.transform_vector(&p.n),
+        ..*p
     }
 }
 

@@ -10,6 +10,7 @@
 //! contact points of a pair, in the frame of one of the two                          pairs.rs, manifold.rs, edges.rs, axis.rs
 //! of a surface: one triangle after the other                                        triangle/mod.rs
 //! of a cylinder that rolls: one disc after the other                                discs.rs
+//! of such a disc and a height field: the smooth surface through the heights         relief/discs.rs
 //! of a point cloud, a voxel map: one ball or cell after the other                   pieces/mod.rs
 //! for each direction the corners of an outline, eight at most, with names           thin.rs
 //! ```
@@ -77,6 +78,7 @@ mod polish;
 mod probe;
 mod query;
 mod ray;
+pub mod relief;
 mod rules;
 mod shape;
 mod solid;
@@ -93,6 +95,6 @@ pub use ray::{Ray, RayHit, Target};
 pub use rules::{TERRAIN, groups, neighbours};
 pub use shape::{
     ColliderSpec, Detail, Material, Neighbours, Occupancy, OnTerrain, Rules, Seen, Shape,
-    Visibility,
+    Varies, Visibility,
 };
 pub use solid::hull_surface;

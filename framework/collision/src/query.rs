@@ -5,7 +5,7 @@ use crate::core::mix;
 use crate::discs::Rolls;
 use crate::manifold::{Point, Room, least};
 use crate::pairs::{Ask, Want, pair};
-use crate::shape::{Detail, Visibility};
+use crate::shape::{ColliderSpec, Detail, Visibility};
 use crate::solid::Solid;
 use crate::thin::thin;
 use linkwork_multibody::BodyId;
@@ -178,7 +178,7 @@ impl Colliders {
             let (a, b) = (&seen[at], &seen[other]);
             self.touch(a, b, query.detail, query.margin + (a.reach + b.reach), room);
             let from = out.len();
-            self.report(a, &room.points, (*i, *j), out);
+            self.report([a, b], &room.points, out);
             out[from..].sort_unstable_by_key(|c| c.feature);
         }
     }
@@ -278,24 +278,30 @@ impl Colliders {
         of(i).min(of(j))
     }
 
-    fn report(&self, a: &Seen, points: &[Point], (i, j): (u32, u32), out: &mut Vec<ContactPoint>) {
-        let (ca, cb) = (ColliderId(i), ColliderId(j));
-        let (ma, mb) = (self.spec(ca).material, self.spec(cb).material);
-        let friction = (ma.friction * mb.friction).sqrt();
-        let restitution = ma.restitution.max(mb.restitution);
+    fn report(&self, [a, b]: [&Seen; 2], points: &[Point], out: &mut Vec<ContactPoint>) {
+        let (ca, cb) = (ColliderId(a.id), ColliderId(b.id));
         let (body_a, body_b) = (self.body(ca), self.body(cb));
         let (R, at) = (a.pose.rotation.to_rotation_matrix(), a.pose.position);
-        out.extend(points.iter().map(|p| ContactPoint {
-            a: ca,
-            b: cb,
-            body_a,
-            body_b,
-            point: R * ((p.pa + p.pb) / 2.0) + at,
-            normal: R * p.n,
-            gap: p.gap,
-            feature: p.name,
-            friction,
-            restitution,
+        let of = |s: &Seen, spec: &ColliderSpec, p: &Vec3| match &spec.varies {
+            Some(varies) => (varies.0)(&(s.pose.rotation.inverse() * (p - s.pose.position))),
+            None => spec.material,
+        };
+        let (sa, sb) = (self.spec(ca), self.spec(cb));
+        out.extend(points.iter().map(|p| {
+            let point = R * ((p.pa + p.pb) / 2.0) + at;
+            let (ma, mb) = (of(a, sa, &point), of(b, sb, &point));
+            ContactPoint {
+                a: ca,
+                b: cb,
+                body_a,
+                body_b,
+                point,
+                normal: R * p.n,
+                gap: p.gap,
+                feature: p.name,
+                friction: (ma.friction * mb.friction).sqrt(),
+                restitution: ma.restitution.max(mb.restitution),
+            }
         }));
     }
 

@@ -117,6 +117,22 @@ impl Default for Material {
     }
 }
 
+/// A material that differs from place to place: a function of the point in the shape's frame C (m).
+#[derive(Clone)]
+pub struct Varies(pub Arc<dyn Fn(&Vec3) -> Material + Send + Sync>);
+
+impl std::fmt::Debug for Varies {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Varies")
+    }
+}
+
+impl PartialEq for Varies {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
 /// Whether a collider takes part when a run begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Visibility {
@@ -175,6 +191,8 @@ pub struct ColliderSpec {
     pub hidden: Visibility,
     /// How it rubs and bounces.
     pub material: Material,
+    /// Where that differs from place to place; goes before `material`.
+    pub varies: Option<Varies>,
 }
 
 impl ColliderSpec {
@@ -194,6 +212,7 @@ impl ColliderSpec {
             discs: 0,
             hidden: Visibility::Shown,
             material: Material::default(),
+            varies: None,
         }
     }
 

@@ -7,6 +7,7 @@
 use crate::convert::{bounds, to_parry};
 use crate::core::Poly;
 use crate::error::ShapeFault;
+use crate::relief::{Lattice, Relief};
 use linkwork_multibody::spatial::Vec3;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use parry3d_f64::query::Ray;
@@ -309,6 +310,19 @@ pub(crate) struct Grid {
     /// Greatest height of each block of cells, rows of `blocks` numbers.
     tops: Vec<f64>,
     blocks: usize,
+    /// The smooth surface through its points, for what rolls.
+    lattice: Lattice,
+}
+
+impl Relief for Grid {
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        let node = |i: usize, j: usize| self.heights[j * self.x + i];
+        let four = |i: usize, j: usize| [0, 1, 2, 3].map(|k| node(i + k, j));
+        for ([x, y], out) in at.iter().zip(out) {
+            let cell = self.lattice.cell(*x, *y);
+            *out = cell.map_or([f64::NAN; 3], |cell| self.lattice.relief(cell, four, node));
+        }
+    }
 }
 
 impl Grid {
@@ -340,7 +354,9 @@ impl Grid {
         if top == f64::NEG_INFINITY {
             return Err(vec![ShapeFault::NotFinite { what: "height", index: 0 }]);
         }
-        Ok(Self { x, y, spacing, heights: heights.clone(), far, top, tops, blocks })
+        let lattice = Lattice::new([-far[0], -far[1]], spacing, x, y);
+        let lattice = lattice.map_err(|_| vec![ShapeFault::Grid { x, y, heights: heights.len() }])?;
+        Ok(Self { x, y, spacing, heights: heights.clone(), far, top, tops, blocks, lattice })
     }
 
     /// The rows of some cells whose blocks have a point as high as `floor`.

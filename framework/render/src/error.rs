@@ -1,7 +1,7 @@
 //! What a scene, a camera or a lidar refuses: the fact and the remedy.
 
 use linkwork_collision::ShapeFault;
-use linkwork_runtime::SurfaceFault;
+use linkwork_collision::relief::GridFault;
 use thiserror::Error;
 
 /// Why something cannot be rendered.
@@ -9,7 +9,7 @@ use thiserror::Error;
 pub enum RenderError {
     /// A grid of heights that is none.
     #[error(transparent)]
-    Surface(#[from] SurfaceFault),
+    Surface(#[from] GridFault),
     /// A number that makes no sense.
     #[error("{what} is {value}\n  help: {help}")]
     Number {

@@ -67,7 +67,7 @@ pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
     Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
-    ServiceObject, Services, Soil, Sun, SunState, Surface, SurfaceFault, Terrain,
+    ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
 pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};

@@ -6,6 +6,7 @@ use crate::params::Params;
 use crate::scenery::Scenery;
 use crate::site::{Axes, Site};
 use crate::value::remedy;
+use linkwork_collision::relief::{GridFault, Lattice, Relief};
 use linkwork_spatial::Vec3;
 use std::collections::BTreeMap;
 use std::ops::Deref;
@@ -72,91 +73,21 @@ pub struct Surface {
     pub heights: Vec<f32>,
 }
 
-/// Why a grid of heights is none.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum SurfaceFault {
-    /// Without cells.
-    #[error("a grid of {nx} by {ny} heights has no cell\n  help: it needs at least 2 by 2")]
-    NoCell {
-        /// Nodes along x.
-        nx: usize,
-        /// Nodes along y.
-        ny: usize,
-    },
-    /// The number of heights is not nx ny.
-    #[error(
-        "{got} heights for {nx} by {ny} nodes\n  help: give one for each node, NaN where there is no data"
-    )]
-    Count {
-        /// Heights given.
-        got: usize,
-        /// Nodes along x.
-        nx: usize,
-        /// Nodes along y.
-        ny: usize,
-    },
-    /// The distance of nodes, or the place of the first one.
-    #[error("{what} is {value} m\n  help: it must be {wanted}")]
-    Number {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it must be.
-        wanted: &'static str,
-    },
-    /// An infinite height.
-    #[error(
-        "height {index} is infinite\n  help: give finite heights, or NaN where there is no data"
-    )]
-    Infinite {
-        /// Its place.
-        index: usize,
-    },
-}
-
 impl Surface {
     /// Whether it is a grid: cells, a height for each node, positive distances.
     ///
     /// # Errors
     /// The first that is wrong.
-    pub fn check(&self) -> Result<(), SurfaceFault> {
+    pub fn check(&self) -> Result<(), GridFault> {
         let (nx, ny) = (self.nx, self.ny);
         if nx >= 2 && ny >= 2 && nx.checked_mul(ny) != Some(self.heights.len()) {
-            return Err(SurfaceFault::Count { got: self.heights.len(), nx, ny });
+            return Err(GridFault::Count { got: self.heights.len(), nx, ny });
         }
-        Surface::check_grid(self.origin, self.spacing, nx, ny)?;
+        Lattice::new(self.origin, self.spacing, nx, ny)?;
         match self.heights.iter().position(|h| h.is_infinite()) {
-            Some(index) => Err(SurfaceFault::Infinite { index }),
+            Some(index) => Err(GridFault::Infinite { index }),
             None => Ok(()),
         }
-    }
-
-    /// Whether nodes may lie so: cells, positive distances, finite numbers.
-    ///
-    /// # Errors
-    /// The first that is wrong.
-    pub fn check_grid(
-        origin: [f64; 2],
-        spacing: [f64; 2],
-        nx: usize,
-        ny: usize,
-    ) -> Result<(), SurfaceFault> {
-        if nx < 2 || ny < 2 {
-            return Err(SurfaceFault::NoCell { nx, ny });
-        }
-        for k in 0..2 {
-            let (spacing, origin) = (spacing[k], origin[k]);
-            if !(spacing > 0.0 && spacing.is_finite()) {
-                let (what, wanted) = ("the distance of nodes", "positive and finite");
-                return Err(SurfaceFault::Number { what, value: spacing, wanted });
-            }
-            if !origin.is_finite() {
-                let (what, wanted) = ("the place of the first node", "finite");
-                return Err(SurfaceFault::Number { what, value: origin, wanted });
-            }
-        }
-        Ok(())
     }
 }
 
@@ -205,6 +136,13 @@ pub trait Terrain: Send + Sync {
     /// Rocks (already part of the heights).
     fn rocks(&self) -> Vec<Rock> {
         Vec::new()
+    }
+}
+
+/// What rolls asks a terrain for several points in one call.
+impl Relief for dyn Terrain + '_ {
+    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
+        Terrain::relief(self, at, out);
     }
 }
 

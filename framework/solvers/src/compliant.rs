@@ -1,21 +1,19 @@
 //! Compliant contact: forces of penetration and of bristles, for integrators that see smooth forces.
 //!
-//! For each contact point (Hunt and Crossley), δ its depth and n the normal from a to b:
+//! The laws are those of [`contact_law`](crate::contact_law). For each contact point, δ its depth and n the normal from a to b:
 //! ```text
 //! f = k δᵖ (1 + d δ̇), never pulling                                 N = Σ f,  c = Σ f p / N
 //! ```
 //! For each pair of colliders one bristle z (m, across the mean normal) and one turn θ (rad) about it,
 //! with v the slip velocity at c, ω the spin, ρ the radius of gyration of the pressure:
 //! ```text
-//! s = √(|v|² + ρ² ω²),  z_max = μ N / k_t,  u = √(|z|² + ρ² θ²) / z_max
-//! α = 0 below u = STICK, 1 above u = 1, smooth between                (elasto-plastic)
-//! r = min(α s / z_max, 1/τ),  ż = v − r z,  θ̇ = ω − r θ    τ: fast slip is followed no faster
+//! |z|² and v·z of the law: |z|² + ρ² θ²  and  v·z + ρ² ω θ;  z_max = μ N / k_t
+//! r = min(c, 1/τ),  ż = v − r z,  θ̇ = ω − r θ               τ: fast slip is followed no faster
 //! F = −k_t z − d_t ż,  T = −ρ² (k_t θ + d_t θ̇),  scaled down to the cone √(|F|² + T²/ρ²) ≤ μ N
 //! ```
-//! What of z is along n, after n has turned, relaxes. Below `STICK` of the limit bristles only bend, so what is parked does not creep. Without contact
-//! bristles relax. Source: Hunt and Crossley (1975); Dupont, Hayward, Armstrong and Altpeter (2002)
-//! for the elasto-plastic bristle. Forces are continuous where depth and normals are.
+//! What of z is along n, after n has turned, relaxes. Without contact bristles relax. Forces are continuous where depth and normals are.
 
+use crate::contact_law::{RELAX, gives_way, normal_force};
 use linkwork_collision::{Colliders, ContactPoint, Query, Scratch};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::BodyId;
@@ -23,10 +21,6 @@ use linkwork_spatial::{Force, Motion, Pose, Vec3};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Part of the greatest deflection up to which bristles only bend.
-const STICK: f64 = 0.7;
-/// Time in which bristles relax without contact, s.
-const RELAX: f64 = 0.01;
 /// Numbers of state for each pair.
 pub const BRISTLE: usize = 4;
 
@@ -241,7 +235,7 @@ fn press(
         let (a, b) =
             (velocity(tree, ws, p.body_a, &p.point), velocity(tree, ws, p.body_b, &p.point));
         let closing = -(b.linear - a.linear).dot(&p.normal);
-        let f = k.stiffness * (-p.gap).powf(k.exponent) * (1.0 + k.damping * closing).max(0.0);
+        let f = normal_force(k.stiffness, k.exponent, k.damping, -p.gap, closing);
         apply(tree, ws, p, &p.point, Force::new(Vec3::zeros(), p.normal * f));
         patch.pressure += f;
         patch.normal += p.normal * f;
@@ -272,10 +266,9 @@ fn press(
     let (v, w) = (across(b.linear - a.linear), (b.angular - a.angular).dot(&n));
     let off = n * n.dot(&z);
     let z = z - off;
-    let slip = (v.norm_squared() + rho2 * w * w).sqrt();
-    let z_max = limit / k.bristle_stiffness;
-    let bent = (z.norm_squared() + rho2 * theta * theta).sqrt() / z_max;
-    let pull = (smooth((bent - STICK) / (1.0 - STICK)) * slip / z_max).min(1.0 / k.relaxation);
+    let bent = (z.norm_squared() + rho2 * theta * theta).sqrt();
+    let toward = if bent > 0.0 { (v.dot(&z) + rho2 * w * theta) / bent } else { 0.0 };
+    let pull = gives_way(bent, toward, limit / k.bristle_stiffness).min(1.0 / k.relaxation);
     let (z_dot, theta_dot) = (v - z * pull, w - theta * pull);
     // As the normal turns (over an edge), the deflection is kept across it.
     let follows = z_dot - off / RELAX;
@@ -287,10 +280,4 @@ fn press(
     }
     apply(tree, ws, p, &c, Force::new(n * T, F));
     ((follows, theta_dot), load(patch.normal + F))
-}
-
-/// 0 below 0, 1 above 1, and a cubic between.
-fn smooth(x: f64) -> f64 {
-    let x = x.clamp(0.0, 1.0);
-    x * x * (3.0 - 2.0 * x)
 }

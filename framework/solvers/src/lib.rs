@@ -17,6 +17,7 @@
 mod compliant;
 mod constrained;
 pub mod contact;
+pub mod contact_law;
 mod fully_augmented;
 mod projection;
 mod rolling;

@@ -1,7 +1,7 @@
 //! Head and index of a file of tiles, as bytes, and which nodes a tile has.
 
 use super::{INDEX_END, TileError};
-use crate::height_field::Grid;
+use linkwork_collision::relief::Lattice;
 use std::io::{Read, Write};
 
 const MAGIC: &[u8; 8] = b"LWTILES1";
@@ -26,7 +26,7 @@ pub(super) struct Piece {
 /// What a file says of itself.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Head {
-    pub grid: Grid,
+    pub grid: Lattice,
     /// Cells of a tile's edge.
     pub tile: usize,
     /// Nodes from one of the overview to the next.
@@ -50,7 +50,7 @@ pub(super) struct Nodes {
 
 impl Head {
     /// A file of a grid that has no tile yet.
-    pub fn new(grid: Grid, tile: usize) -> Result<Head, TileError> {
+    pub fn new(grid: Lattice, tile: usize) -> Result<Head, TileError> {
         let size = |fact: String, help: &str| TileError::Size { fact, help: help.into() };
         if !(16..=1024).contains(&tile) {
             let fact = format!("tiles of {tile} cells are not made");
@@ -151,7 +151,7 @@ impl Head {
         let count = |at: usize| usize::try_from(u64_at(&head, at)).unwrap_or(usize::MAX);
         let number = |at: usize| f64::from_bits(u64_at(&head, at));
         let (spacing, origin) = ([number(32), number(40)], [number(48), number(56)]);
-        let grid = Grid::new(origin, spacing, count(8), count(16))
+        let grid = Lattice::new(origin, spacing, count(8), count(16))
             .map_err(|e| TileError::damaged(e.to_string()))?;
         let mut read = Head::new(grid, u32_at(&head, 24) as usize)
             .map_err(|e| TileError::damaged(e.to_string()))?;

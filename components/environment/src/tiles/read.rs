@@ -3,7 +3,8 @@
 use super::cache::Cache;
 use super::head::{Head, Nodes, Piece, unpack};
 use super::{HeightRows, TileError};
-use crate::height_field::{Grid, Inside, Window};
+use crate::height_field::Window;
+use linkwork_collision::relief::{Inside, Lattice};
 use linkwork_runtime::Surface;
 use linkwork_spatial::Vec3;
 use std::fs::File;
@@ -15,7 +16,7 @@ use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 /// in whatever order they are asked for and however many tiles are kept.
 pub struct Tiles {
     head: Head,
-    grid: Grid,
+    grid: Lattice,
     /// Taken off each height, then each is multiplied (m, 1).
     zero: f64,
     factor: f64,
@@ -114,7 +115,7 @@ impl Tiles {
     }
 
     /// Where its nodes are.
-    pub fn grid(&self) -> &Grid {
+    pub fn grid(&self) -> &Lattice {
         &self.grid
     }
 
@@ -277,7 +278,7 @@ impl Tiles {
 }
 
 impl HeightRows for &Tiles {
-    fn grid(&self) -> Grid {
+    fn grid(&self) -> Lattice {
         self.grid
     }
 

@@ -2,7 +2,8 @@
 
 use super::head::{Head, Piece, pack};
 use super::{OVERVIEW, TileError};
-use crate::height_field::{Grid, HeightField};
+use crate::height_field::HeightField;
+use linkwork_collision::relief::Lattice;
 use std::fs::File;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -10,7 +11,7 @@ use std::path::Path;
 /// A map whose rows are read one by one, the southern one first.
 pub trait HeightRows {
     /// Where its nodes are.
-    fn grid(&self) -> Grid;
+    fn grid(&self) -> Lattice;
     /// Heights (m) of row `j` into `row`, which has room for one row; NaN where there is no data.
     ///
     /// # Errors
@@ -19,7 +20,7 @@ pub trait HeightRows {
 }
 
 impl HeightRows for &HeightField {
-    fn grid(&self) -> Grid {
+    fn grid(&self) -> Lattice {
         *HeightField::grid(self)
     }
 

@@ -8,7 +8,7 @@ use crate::ports::PortKind;
 use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
-use linkwork_collision::{ColliderSpec, Colliders, Shape, TERRAIN};
+use linkwork_collision::{ColliderSpec, Colliders, Material, Shape, TERRAIN, Varies};
 use linkwork_dynamics::Tree;
 use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
 use linkwork_solvers::{CompliantSettings, ContactSettings, Rolling, Treatment, Vehicle};
@@ -109,14 +109,20 @@ pub struct KinematicSpec {
     pub origin: Origin,
 }
 
-/// A terrain as a collider of the world: triangles between the points of its grid.
-fn ground(terrain: &dyn Terrain) -> Result<ColliderSpec, BuildError> {
+/// A terrain as a collider of the world: triangles between the points of its grid, smooth for what rolls, with the friction of its soil at each place.
+fn ground(terrain: &Arc<dyn Terrain>) -> Result<ColliderSpec, BuildError> {
     let s = terrain.nodes()?;
     let middle = |axis: usize, n: usize| s.origin[axis] + 0.5 * (n as f64 - 1.0) * s.spacing[axis];
-    let at = Pose::translation(middle(0, s.nx), middle(1, s.ny), 0.0);
+    let [x, y] = [middle(0, s.nx), middle(1, s.ny)];
+    let soils = terrain.clone();
+    let varies = Varies(Arc::new(move |p| Material {
+        friction: soils.soil(p.x + x, p.y + y).friction,
+        restitution: 0.0,
+    }));
     let heights = s.heights.iter().map(|h| f64::from(*h)).collect();
     let shape = Shape::HeightField { x: s.nx, y: s.ny, spacing: s.spacing, heights };
-    Ok(ColliderSpec { groups: u32::MAX, ..ColliderSpec::new(TERRAIN, "world", shape) }.at(at))
+    let spec = ColliderSpec::new(TERRAIN, "world", shape).at(Pose::translation(x, y, 0.0));
+    Ok(ColliderSpec { groups: u32::MAX, varies: Some(varies), ..spec })
 }
 
 impl Host for MechanismSpec {
@@ -236,7 +242,7 @@ impl MechanismSpec {
                 return here;
             }
         };
-        let ground = match ground(&**terrain.object()) {
+        let ground = match ground(terrain.object()) {
             Ok(ground) => ground,
             Err(e) => {
                 let help = e.help.unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const WHEEL: Cylinder = Cylinder { radius: 0.25, width: 0.4 };
+const WHEEL: Wheel = Wheel { radius: 0.25, width: 0.4 };
 
 fn unit(x: f64, y: f64, z: f64) -> Vec3 {
     Vec3::new(x, y, z).normalize()

@@ -19,39 +19,14 @@
 //! (a quarter of the radius) are met late. Where the hub itself is in the ground, it is one patch, as deep as the
 //! radius, along the normal over the hub.
 
-use crate::wheel_profile::{NO_POST, PLACES, POSTS, POSTS_MAX, Peaks, Post, Profile, RIM};
-use linkwork_runtime::prelude::Terrain;
-use linkwork_spatial::Vec3;
+use super::Relief;
+use super::profile::{NO_POST, PLACES, POSTS, POSTS_MAX, Peaks, Post, Profile, RIM};
+use linkwork_multibody::spatial::Vec3;
 
 /// Discs across the width.
 pub const DISCS: usize = 3;
 /// Most patches of a disc.
 pub const PATCHES: usize = 4;
-
-/// A ground by height (m), ∂h/∂x and ∂h/∂y at each of several points x, y (m); the height is NaN where there is none.
-pub trait Ground {
-    /// Those of the points `at`.
-    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]);
-}
-
-/// A ground by height (m) and unit normal.
-impl<T: Fn(f64, f64) -> Option<(f64, Vec3)>> Ground for T {
-    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
-        for ([x, y], out) in at.iter().zip(out) {
-            *out = self(*x, *y).map_or([f64::NAN; 3], |(h, n)| [h, -n.x / n.z, -n.y / n.z]);
-        }
-    }
-}
-
-/// A service of terrain.
-#[derive(Clone, Copy)]
-pub struct Service<'a>(pub &'a dyn Terrain);
-
-impl Ground for Service<'_> {
-    fn relief(&self, at: &[[f64; 2]], out: &mut [[f64; 3]]) {
-        self.0.relief(at, out);
-    }
-}
 
 /// Clearance within which ground is looked at closely, as a fraction of the radius.
 const NEAR: f64 = 0.2;
@@ -67,7 +42,7 @@ const UP_MIN: f64 = 0.02;
 /// One patch of a disc against the ground; W frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// Penetration along the normal, m; positive.
+    /// Penetration along the normal, m; positive, but where a margin was asked for.
     pub depth: f64,
     /// Share with which it counts beside the other patches, 0 to 1.
     pub share: f64,
@@ -96,7 +71,7 @@ impl DiscContact {
         count: 0,
     };
 
-    /// The patches, in which the disc is in the ground.
+    /// The patches, in which the disc is in the ground, or within the margin.
     pub fn patches(&self) -> &[Patch] {
         &self.patches[..self.count]
     }
@@ -119,31 +94,25 @@ impl DiscContact {
     }
 }
 
-/// A cylinder by radius and width, m.
+/// A wheel by radius and width, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cylinder {
+pub struct Wheel {
     /// Radius, m.
     pub radius: f64,
     /// Width along the axle, m.
     pub width: f64,
 }
 
-impl Cylinder {
+impl Wheel {
     /// Contacts of the discs of a wheel at `centre` (m) with the unit `axle`, from right to left. `ground` gives
     /// height (m) and unit normal at x, y, or `None` off the map (nothing is touched there). Cost: nine ground queries a disc
     /// and one more for each patch that is in or near the ground.
-    pub fn discs(&self, centre: Vec3, axle: Vec3, ground: &impl Ground) -> [DiscContact; DISCS] {
-        let up = Vec3::z() - axle * axle.z;
-        let length = up.norm();
-        if length < 1e-3 {
-            return [DiscContact::NONE; DISCS]; // the wheel lies on its side
-        }
-        let e2 = up / length;
-        let e1 = axle.cross(&e2);
+    pub fn discs(&self, centre: Vec3, axle: Vec3, ground: &(impl Relief + ?Sized)) -> [DiscContact; DISCS] {
+        let Some([e1, e2]) = in_plane(&axle) else { return [DiscContact::NONE; DISCS] };
         // Discs at the middles of equal strips.
-        let discs: [Disc; DISCS] = std::array::from_fn(|i| {
+        let discs: [Plane; DISCS] = std::array::from_fn(|i| {
             let across = (i as f64 - 0.5 * (DISCS - 1) as f64) * self.width / DISCS as f64;
-            Disc { r: self.radius, c: centre + axle * across, e1, e2, axle }
+            Plane { r: self.radius, c: centre + axle * across, e1, e2, axle, margin: 0.0 }
         });
         // The posts of all of them in one call.
         let (mut at, mut relief) = ([[0.0; 2]; DISCS * POSTS], [[0.0; 3]; DISCS * POSTS]);
@@ -165,22 +134,64 @@ impl Cylinder {
     }
 }
 
+/// Directions e₁ and e₂ in the plane across a unit `axle`; `None` where it is upright.
+fn in_plane(axle: &Vec3) -> Option<[Vec3; 2]> {
+    let up = Vec3::z() - axle * axle.z;
+    let length = up.norm();
+    let e2 = up / length;
+    (length >= 1e-3).then(|| [axle.cross(&e2), e2])
+}
+
+/// One disc that meets the ground within a margin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Radius, m.
+    pub radius: f64,
+    /// Middle, m.
+    pub centre: Vec3,
+    /// Unit vector across it.
+    pub axle: Vec3,
+    /// Ground so near is told as a patch of negative depth, m; not negative.
+    pub margin: f64,
+}
+
+impl Disc {
+    /// Its patches; none where it lies on its side. Cost: nine ground queries, and one more for each patch in or near the ground.
+    pub fn contact(&self, ground: &(impl Relief + ?Sized)) -> DiscContact {
+        let mut contact = DiscContact::NONE;
+        let Some([e1, e2]) = in_plane(&self.axle) else { return contact };
+        let Disc { radius: r, centre: c, axle, margin } = *self;
+        let plane = Plane { r, c, e1, e2, axle, margin };
+        let (mut at, mut relief) = ([[0.0; 2]; POSTS], [[0.0; 3]; POSTS]);
+        for (k, at) in at.iter_mut().enumerate() {
+            *at = plane.place(PLACES[k] * r, -RIM[k] * r);
+        }
+        ground.relief(&at, &mut relief);
+        let mut profile = Profile { posts: [NO_POST; POSTS_MAX], count: POSTS };
+        if plane.posts(&mut profile, &relief) {
+            plane.contact(&mut profile, &mut Peaks::new(r), ground, &mut contact);
+        }
+        contact
+    }
+}
+
 /// A disc in its plane.
-struct Disc {
+struct Plane {
     r: f64,
     c: Vec3,
     e1: Vec3,
     e2: Vec3,
     axle: Vec3,
+    margin: f64,
 }
 
-impl Disc {
+impl Plane {
     /// Adds the patches to `out`. `profile`: that of the first posts; `rough` is work space.
     fn contact(
         &self,
         profile: &mut Profile,
         rough: &mut Peaks,
-        ground: &impl Ground,
+        ground: &(impl Relief + ?Sized),
         out: &mut DiscContact,
     ) {
         let middle = profile.posts[POSTS / 2];
@@ -193,7 +204,8 @@ impl Disc {
         // A second round only where the first found the profile to be off.
         let mut urgency = 1.0;
         let mut pieces = 0..POSTS - 1;
-        rough.margin = NEAR * self.r;
+        let near = (NEAR * self.r).max(2.0 * self.margin);
+        rough.margin = near;
         for round in 0..2 {
             rough.count = 0;
             if round == 0 {
@@ -207,7 +219,7 @@ impl Disc {
             let (mut off, mut at) = (0.0_f64, 0);
             for p in rough.found() {
                 // A peak that has only just come, or come near, does not change the profile at once.
-                let weight = urgency * (2.0 * p.share * (p.d / (NEAR * self.r) + 1.0)).min(1.0);
+                let weight = urgency * (2.0 * p.share * (p.d / near + 1.0)).min(1.0);
                 let mut relief = [[f64::NAN; 3]];
                 ground.relief(&[self.place(p.at.s, p.at.z)], &mut relief);
                 if let Some(exact) = self.post(p.at.s, p.at.z, &relief[0]) {
@@ -225,10 +237,10 @@ impl Disc {
                 break;
             }
         }
-        (rough.count, rough.margin) = (0, APART * self.r);
+        (rough.count, rough.margin) = (0, (APART * self.r).max(self.margin));
         profile.peaks(pieces, rough);
         for p in rough.found() {
-            if p.d > 0.0 {
+            if p.d > -self.margin {
                 let inward =
                     -(self.e1 * p.at.s + self.e2 * p.at.z) / (self.r - p.d).max(1e-9 * self.r);
                 out.push(self.patch(inward, &p.at, p.d, p.share));
@@ -303,5 +315,5 @@ impl Disc {
 }
 
 #[cfg(test)]
-#[path = "wheel_geometry_tests.rs"]
+#[path = "tests.rs"]
 mod tests;

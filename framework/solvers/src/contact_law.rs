@@ -1,0 +1,111 @@
+//! The law of compliant contact: normal forces of Hunt and Crossley, and friction of elasto-plastic bristles. Bodies, wheels and the friction of
+//! shafts use the same functions.
+//! ```text
+//! normal     f = k δᵖ (1 + d δ̇)₊                                        δ: depth, m
+//! bristle    ż = v − c z,  c = α (v·ẑ)₊/max(|z|, z_max) + (|z| − z_max)₊/(|z| T)
+//!            α = 0 below |z| = 0.9 z_max, 1 above z_max, a cubic between;  T = 10 ms
+//! friction   F = −k_t z − d_t v, cut to the limit μ f;  z_max = μ f/k_t
+//! ```
+//! z (m, or rad on a shaft) is the deflection of the contact and v the velocity of slip. Below nine tenths of its limit a bristle only bends, so that what
+//! is parked does not creep. One that is longer than its limit, because the load fell, relaxes.
+//! Source: Hunt and Crossley (1975); Dupont, Hayward, Armstrong and Altpeter (2002).
+
+/// Part of the greatest deflection up to which bristles only bend.
+pub const BREAKAWAY: f64 = 0.9;
+/// Time in which bristles relax without contact, and beyond their limit, s.
+pub const RELAX: f64 = 0.01;
+
+/// Hunt and Crossley's normal force (N) at a depth (m, positive) that grows by `closing` (m/s): stiffness k (N/mᵖ), exponent p, damping d (s/m).
+/// Never pulls.
+pub fn normal_force(stiffness: f64, exponent: f64, damping: f64, depth: f64, closing: f64) -> f64 {
+    elastic(stiffness, exponent, depth) * (1.0 + damping * closing).max(0.0)
+}
+
+/// Its elastic part k δᵖ, N.
+pub fn elastic(stiffness: f64, exponent: f64, depth: f64) -> f64 {
+    stiffness
+        * match exponent {
+            1.0 => depth,
+            1.5 => depth * depth.sqrt(),
+            p => depth.powf(p),
+        }
+}
+
+/// Share α of the motion that slides: 0 while the bristle of the length `size` is elastic, 1 at its limit `longest`.
+pub fn plastic_share(size: f64, longest: f64) -> f64 {
+    let start = BREAKAWAY * longest;
+    if size <= start {
+        return 0.0;
+    }
+    if size >= longest {
+        return 1.0;
+    }
+    let t = (size - start) / (longest - start);
+    t * t * (3.0 - 2.0 * t)
+}
+
+/// Rate c (1/s) at which a bristle gives way: it has the length `size`, is bent further by `toward` (v·ẑ, per second), and `longest` is its limit.
+pub fn gives_way(size: f64, toward: f64, longest: f64) -> f64 {
+    let mut out = 0.0;
+    if toward > 0.0 {
+        out = plastic_share(size, longest) * toward / size.max(longest).max(1e-300);
+    }
+    if size > longest {
+        out += (size - longest) / (size * RELAX);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bristle_that_is_dragged_ends_at_its_limit_and_one_that_is_held_stays() {
+        let longest = 1e-3;
+        for v in [1e-3, 0.1, -0.5] {
+            let (mut z, dt) = (0.0_f64, 1e-5);
+            for _ in 0..400_000 {
+                z += dt * (v - gives_way(z.abs(), v * z.signum(), longest) * z);
+            }
+            assert!((z.abs() / longest - 1.0).abs() < 1e-9 && z * v > 0.0, "{v}: {z}");
+        }
+        // Below nine tenths it only bends: to and fro leaves nothing.
+        let z = 0.89 * longest;
+        assert_eq!(gives_way(z, 1.0, longest), 0.0);
+        // Back is free at any length up to the limit.
+        assert_eq!(gives_way(longest, -1.0, longest), 0.0);
+    }
+
+    #[test]
+    fn what_is_too_long_relaxes_to_the_limit() {
+        let (longest, mut z) = (1e-3, 5e-3);
+        for _ in 0..10_000 {
+            z -= 1e-5 * gives_way(z, 0.0, longest) * z;
+        }
+        assert!((z / longest - 1.0).abs() < 1e-3, "{z}");
+        // Without a limit it goes to nothing.
+        assert!((gives_way(1.0, 0.0, 0.0) - 1.0 / RELAX).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_share_that_slides_is_smooth_and_rises() {
+        let mut last = 0.0;
+        for k in 0..=2000 {
+            let share = plastic_share(f64::from(k) * 1e-3, 1.0);
+            assert!((0.0..=0.016).contains(&(share - last)), "{k}: {share} after {last}");
+            last = share;
+        }
+        assert_eq!(last, 1.0);
+    }
+
+    #[test]
+    fn the_normal_force_has_its_powers_and_never_pulls() {
+        for p in [1.0, 1.5, 2.2] {
+            let ratio = elastic(2e5, p, 2e-3) / elastic(2e5, p, 1e-3);
+            assert!((ratio / f64::powf(2.0, p) - 1.0).abs() < 1e-12, "{p}: {ratio}");
+        }
+        assert_eq!(normal_force(2e5, 1.0, 3.0, 1e-3, -1.0), 0.0);
+        assert!((normal_force(2e5, 1.0, 3.0, 1e-3, 0.1) - 260.0).abs() < 1e-9);
+    }
+}
