@@ -1,10 +1,10 @@
 //! What the ground costs a wheel: a terrain query, the discs of a wheel, the stresses of soft soil.
 #![allow(missing_docs, clippy::disallowed_methods)]
+use linkwork_collision::relief::Wheel;
 use linkwork_environment::height_field::HeightField;
 use linkwork_mobility::rigid_contact::Hub;
 use linkwork_mobility::soil_contact::{SoilContact, SoilState};
 use linkwork_mobility::terramechanics::{Motion, Rim, Shear, Sinkage, WheelSoil};
-use linkwork_collision::relief::Wheel;
 use linkwork_runtime::Soil;
 use linkwork_spatial::Vec3;
 use std::hint::black_box;

@@ -154,3 +154,29 @@ fn the_integrator_of_other_states_does_not_move_what_has_contact() {
         assert!(lag.abs() > 1e-3);
     }
 }
+
+#[test]
+fn a_crate_holds_or_slides_by_the_friction_of_the_soil_under_it() {
+    // A slope of 5 degrees asks for 0.087; a pair takes the geometric mean of the crate's 0.5 and the soil's.
+    for (soil, holds) in [(0.004, false), (0.03, true)] {
+        for contact in ["", "compliant: (stiffness: 1e5, bristle_stiffness: 1e5)"] {
+            let text = format!(
+                r#"Simulation(
+            bodies: {{ "crate": (parent: "world", hinge: Free, mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: [3, -2, 0.47], rotation: (rpy: [0, "-5 deg", 0])),
+                shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
+            parts: {{
+                "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m", "soil": {{ "friction": {soil} }} }}),
+            }},
+            contact: ({contact}), step: "1 ms", until: "10 s")"#
+            );
+            let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+            until(&mut sim, 1.0);
+            let x = sim.get("crate.position.x").unwrap();
+            until(&mut sim, 2.0);
+            let went = (sim.get("crate.position.x").unwrap() - x).abs();
+            println!("soil {soil}, `{contact}`: {went:.2e} m");
+            assert!(if holds { went < 1e-4 } else { went > 0.2 }, "{soil}, {contact}: {went}");
+        }
+    }
+}

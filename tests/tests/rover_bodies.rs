@@ -162,3 +162,61 @@ fn a_wheel_that_its_model_and_its_shape_carry_is_told() {
         "{twice:?}"
     );
 }
+
+/// A loaded wheel that is led along x over a yard of rocks at 0.2 m/s and may rise and fall: its hub's height at each millimetre, and its load.
+fn led(length: f64, wheel: &str, part: &str) -> Vec<[f64; 2]> {
+    let text = format!(
+        r#"Simulation(
+    bodies: {{
+        "carriage": (parent: "world", at: (position: [-4, 0.3, 1]), hinge: Slider(axis: [1, 0, 0], prescribed: true), mass: 1, inertia: Sphere(0.1), initial: (position: 0, rate: 0.2)),
+        "fork": (parent: "carriage", hinge: Slider(axis: [0, 0, 1], damping: 400), mass: 60, inertia: Sphere(0.1), initial: (position: -0.2)),
+        "wheel": (parent: "fork", hinge: Pin([0, 1, 0]), mass: 12, inertia: Cylinder(radius: 0.25, length: 0.4, axis: [0, 1, 0]), initial: (rate: 0.8),
+            shapes: [(shape: Cylinder(radius: 0.25, length: {length:?}, axis: [0, 1, 0]), name: "tyre", collide: {wheel})]),
+    }},
+    parts: {{
+        "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -3.72] }}),
+        "Terrain": (model: "environment.generated_terrain", params: {{ "seed": 5, "size": [14, 6], "spacing": 0.05, "relief": 0.1, "rock_cover": 0.06, "rock_diameters": [0.1, 0.35] }}),
+        "Way": (model: "basics.slider_trajectory", params: {{ "profile": [["0 s", "0.2 m/s"], ["100 s", "0.2 m/s"]], "gives": rate, "between": straight }}, bind: {{ "hinge": "hinge:carriage" }}),
+        {part}
+    }},
+    contact: (compliant: (stiffness: 1.3333e5, damping: 4.5, bristle_stiffness: 2e5, bristle_damping: 1500)),
+    step: "1 ms", integrator: "semi_implicit_euler", until: "40 s",
+)"#
+    );
+    let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let height = sim.variable("fork.displacement").unwrap().place;
+    let load = sim.variable("wheel.contact_force.z").map(|v| v.place).ok();
+    let mut out = Vec::new();
+    until(&mut sim, 3.0);
+    while sim.time() < 38.0 {
+        sim.step().unwrap();
+        out.push([sim.value(height), load.map_or(f64::NAN, |p| sim.value(p))]);
+    }
+    out
+}
+
+#[test]
+fn by_its_shape_alone_a_wheel_meets_the_ground_as_by_its_model() {
+    // The model's three discs are the middles of strips of its width, those of a shape reach from end to end.
+    let (width, strip) = (0.4, 0.4 / 3.0);
+    let shape = led(2.0 * strip, "(discs: 3, friction: 0.7)", "");
+    let model = led(
+        width,
+        "(discs: 3, terrain: false)",
+        r#""Contact": (model: "mobility.wheel_rigid", params: { "radius": 0.25, "width": 0.4 }, bind: { "hub": "node:wheel" }),"#,
+    );
+    let (mut apart, mut jolt, mut rise) = (0.0_f64, 0.0_f64, [f64::INFINITY, f64::NEG_INFINITY]);
+    for (a, b) in shape.iter().zip(&model) {
+        apart = apart.max((a[0] - b[0]).abs());
+        rise = [rise[0].min(b[0]), rise[1].max(b[0])];
+    }
+    for w in shape.windows(2) {
+        jolt = jolt.max((w[1][1] - w[0][1]).abs());
+    }
+    println!(
+        "apart by {apart:.2e} m on ground that rises by {:.3} m; load by {jolt:.0} N a step",
+        rise[1] - rise[0]
+    );
+    assert!(rise[1] - rise[0] > 0.1 && apart < 2e-3, "{apart} {rise:?}");
+    assert!(jolt < 150.0, "{jolt}");
+}

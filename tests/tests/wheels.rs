@@ -1,9 +1,9 @@
 //! Wheels on the soils of the library, and on height fields: what no crate of components can test alone.
 #![allow(clippy::unwrap_used)]
+use linkwork_collision::relief::{DISCS, DiscContact, Wheel};
 use linkwork_environment::height_field::HeightField;
 use linkwork_environment::soil::{SoilKind, SoilParams};
 use linkwork_mobility::terramechanics::{Motion, Rim, Shear, Sinkage, WheelSoil};
-use linkwork_collision::relief::{DISCS, DiscContact, Wheel};
 use linkwork_mobility::wheel_test::slip_on_slope;
 use linkwork_spatial::Vec3;
 

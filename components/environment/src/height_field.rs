@@ -68,7 +68,8 @@ impl HeightField {
 
     /// Changes every height that has data: `f(x, y, h)` in m.
     pub fn map(&mut self, mut f: impl FnMut(f64, f64, f64) -> f64) {
-        let (origin, spacing, [nx, ny]) = (self.grid.origin(), self.grid.spacing(), self.grid.size());
+        let (origin, spacing, [nx, ny]) =
+            (self.grid.origin(), self.grid.spacing(), self.grid.size());
         for j in 0..ny {
             let y = origin[1] + j as f64 * spacing[1];
             for i in 0..nx {
@@ -92,7 +93,8 @@ impl HeightField {
 
     /// Changes the heights within x_min, y_min, x_max, y_max (m): `f(x, y, h)`.
     pub fn map_within(&mut self, within: [f64; 4], mut f: impl FnMut(f64, f64, f64) -> f64) {
-        let (origin, spacing, [nx, ny]) = (self.grid.origin(), self.grid.spacing(), self.grid.size());
+        let (origin, spacing, [nx, ny]) =
+            (self.grid.origin(), self.grid.spacing(), self.grid.size());
         let low = |p: f64, k: usize| ((p - origin[k]) / spacing[k]).ceil().max(0.0) as usize;
         let high = |p: f64, k: usize, n: usize| {
             let at = ((p - origin[k]) / spacing[k]).floor();

@@ -3,9 +3,9 @@
 //! Tiles and GeoTIFF are read row by row, so that a map may be larger than memory; the others are held as a whole.
 
 use crate::height_field::HeightField;
-use linkwork_collision::relief::Lattice;
 use crate::terrain::heights_of;
 use crate::tiles::{HeightRows, TileError, Tiles, write_tiles};
+use linkwork_collision::relief::Lattice;
 use linkwork_formats::heights::{
     GeoTiff, Heights, HeightsOptions, Map, write_ascii, write_geotiff, write_png,
 };
@@ -55,7 +55,8 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
             let file = BufReader::new(File::open(path).map_err(|e| fault(&e))?);
             let open = GeoTiff::open(file, there.len(), options).map_err(|e| fault(&e))?;
             let [nx, ny] = open.size();
-            let grid = Lattice::new(open.origin(), open.spacing(), nx, ny).map_err(|e| fault(&e))?;
+            let grid =
+                Lattice::new(open.origin(), open.spacing(), nx, ny).map_err(|e| fault(&e))?;
             Ok(OpenMap::Rows(Box::new(open), grid))
         }
         _ => {

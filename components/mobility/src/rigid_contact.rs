@@ -161,7 +161,12 @@ impl RigidContact {
     }
 
     /// The rates of the bristles alone, m/s.
-    pub fn rates(&self, hub: &Hub, bristles: &Bristles, ground: &(impl Relief + ?Sized)) -> Bristles {
+    pub fn rates(
+        &self,
+        hub: &Hub,
+        bristles: &Bristles,
+        ground: &(impl Relief + ?Sized),
+    ) -> Bristles {
         let discs = self.wheel.discs(hub.position, hub.axle, ground);
         std::array::from_fn(|i| match self.disc(hub, &discs[i]) {
             Some(d) => self.friction(&d, &bristles[i]).1,

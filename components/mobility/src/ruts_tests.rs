@@ -5,8 +5,8 @@ use crate::rigid_contact::Hub;
 use crate::soil_contact::{SoilContact, SoilLoad, SoilState};
 use crate::terramechanics::Shear;
 use crate::test_soils::lunar;
-use linkwork_collision::relief::Wheel;
 use crate::wheel_rigid::tests::plane;
+use linkwork_collision::relief::Wheel;
 
 const WHEEL: Wheel = Wheel { radius: 0.25, width: 0.4 };
 const MASS: f64 = 150.0;

@@ -7,8 +7,8 @@ use crate::rigid_contact::Hub;
 use crate::ruts::{Ruts, Tracks};
 use crate::soil_contact::{SoilContact, SoilState};
 use crate::terramechanics::{Rim, Shear, Sinkage, WheelSoil};
-use linkwork_collision::relief::Wheel;
 use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground};
+use linkwork_collision::relief::Wheel;
 use linkwork_runtime::prelude::*;
 
 /// How shear stress is shared between the two directions.

@@ -355,7 +355,8 @@ impl Grid {
             return Err(vec![ShapeFault::NotFinite { what: "height", index: 0 }]);
         }
         let lattice = Lattice::new([-far[0], -far[1]], spacing, x, y);
-        let lattice = lattice.map_err(|_| vec![ShapeFault::Grid { x, y, heights: heights.len() }])?;
+        let lattice =
+            lattice.map_err(|_| vec![ShapeFault::Grid { x, y, heights: heights.len() }])?;
         Ok(Self { x, y, spacing, heights: heights.clone(), far, top, tops, blocks, lattice })
     }
 

@@ -166,3 +166,137 @@ fn what_passes_the_terrain_meets_all_else() {
     let [wheel, floor, terrain] = ["wheel", "floor", TERRAIN].map(|n| all.find(n).unwrap());
     assert!(all.meet(wheel, floor) && !all.meet(wheel, terrain) && !all.meet(terrain, wheel));
 }
+
+/// Heights of rolling ground with ridges, 12 cm apart.
+fn rolling_ground() -> Shape {
+    let (x, y) = (41, 31);
+    let at = |i: usize, n: usize| 0.12 * (i as f64 - 0.5 * (n - 1) as f64);
+    let height = |i: usize, j: usize| {
+        let (x, y) = (at(i, x), at(j, y));
+        0.08 * (2.1 * x + 0.7 * y).sin() + 0.03 * (5.0 * y - 1.3 * x).cos()
+    };
+    let heights: Vec<f64> = (0..y).flat_map(|j| (0..x).map(move |i| height(i, j))).collect();
+    Shape::HeightField { x, y, spacing: [0.12; 2], heights: heights.into() }
+}
+
+/// A wheel on that ground, named so that the ground comes first or second.
+fn on_ground(ground: &str, discs: u32) -> Rig {
+    let mut wheel =
+        ColliderSpec::new("wheel", "a00", Shape::Cylinder { radius: R, half_length: HALF });
+    wheel.discs = discs;
+    let ground =
+        ColliderSpec::new(ground, "world", rolling_ground()).at(Pose::translation(0.3, -0.2, 0.5));
+    let colliders = Colliders::new(vec![wheel, ground], Rules::default(), &free_bodies(1)).unwrap();
+    Rig { scratch: Scratch::new(&colliders), colliders, out: Vec::new() }
+}
+
+/// Where the hub stands so that the deepest point is 3 mm in the ground, over x, y.
+fn standing(rig: &mut Rig, x: f64, y: f64) -> (Vec3, Vec<ContactPoint>) {
+    let (mut low, mut high) = (0.5, 1.2);
+    for _ in 0..60 {
+        let z = 0.5 * (low + high);
+        let points = rig.at(Vec3::new(x, y, z), 0.1, 0.02);
+        let deepest = points.iter().map(|p| p.gap).fold(0.0, f64::min);
+        if deepest < -0.003 { low = z } else { high = z }
+    }
+    let hub = Vec3::new(x, y, high);
+    (hub, rig.at(hub, 0.1, 0.02))
+}
+
+#[test]
+fn on_a_height_field_discs_meet_the_smooth_surface_without_jumps() {
+    let mut rig = on_ground("ground", DISCS);
+    let mut turns = [0.0_f64; 2];
+    let mut last: Option<Vec<ContactPoint>> = None;
+    for k in 0..2000 {
+        let x = -1.0 + 1e-3 * f64::from(k);
+        let (hub, points) = standing(&mut rig, x, 0.013);
+        assert!(!points.is_empty() && points.len() <= DISCS as usize, "{}", points.len());
+        for p in &points {
+            // On the rim: as far from the hub, across the axle, as a radius.
+            let axle = (Quat::from_axis_angle(&Vec3::z_axis(), 0.1)
+                * Quat::from_axis_angle(&Vec3::x_axis(), 0.02))
+                * Vec3::y();
+            let arm = p.point + p.normal * (0.5 * p.gap) - hub;
+            assert!(((arm - axle * arm.dot(&axle)).norm() - R).abs() < 1e-9);
+        }
+        if let Some(last) = last {
+            for p in &points {
+                if let Some(q) = last.iter().find(|q| q.feature == p.feature) {
+                    turns[0] = turns[0].max((p.normal - q.normal).norm());
+                    turns[1] = turns[1].max((p.gap - q.gap).abs());
+                }
+            }
+        }
+        last = Some(points);
+    }
+    println!(
+        "a millimetre on, normals turn by {:.4} rad, gaps change by {:.2e} m",
+        turns[0], turns[1]
+    );
+    // Between the flat triangles of the same grid normals turn by 0.08 rad at once.
+    assert!(turns[0] < 5e-3 && turns[1] < 1e-4, "{turns:?}");
+}
+
+#[test]
+fn the_ground_may_come_first_or_second_and_gaps_are_told_within_the_margin() {
+    let (mut first, mut second) = (on_ground("ground", 3), on_ground("zone", 3));
+    for k in 0..50 {
+        let (x, y) = (-0.9 + 0.031 * f64::from(k), 0.4 - 0.02 * f64::from(k));
+        let (hub, _) = standing(&mut first, x, y);
+        for lift in [-0.004, 0.0, 0.002, 0.02] {
+            let hub = hub + Vec3::z() * lift;
+            let sort = |mut points: Vec<ContactPoint>| {
+                points.sort_by(|a, b| a.point.y.total_cmp(&b.point.y));
+                points
+            };
+            let poses = |rig: &mut Rig, margin: f64| {
+                let axle = Quat::from_axis_angle(&Vec3::x_axis(), -std::f64::consts::FRAC_PI_2);
+                let poses = |b: Option<_>| b.map_or_else(Pose::identity, |_| Pose::new(axle, hub));
+                rig.colliders.contacts(
+                    &mut rig.scratch,
+                    &Query::margin(margin),
+                    poses,
+                    &mut rig.out,
+                );
+                sort(rig.out.clone())
+            };
+            let (a, b) = (poses(&mut first, 0.03), poses(&mut second, 0.03));
+            assert_eq!(a.len(), b.len(), "{x} {y} {lift}: {a:#?} {b:#?}");
+            for (p, q) in a.iter().zip(&b) {
+                assert!((p.gap - q.gap).abs() < 1e-12 && (p.normal + q.normal).norm() < 1e-12);
+                assert!((p.point - q.point).norm() < 1e-12);
+            }
+            // What touches is told with any margin, and the same.
+            let touching = poses(&mut first, 0.0);
+            let near: Vec<_> = a.iter().filter(|p| p.gap <= 0.0).collect();
+            assert_eq!(touching.len(), near.len(), "{lift}: {touching:?} {near:?}");
+            for (p, q) in touching.iter().zip(near) {
+                assert!((p.gap - q.gap).abs() < 1e-5, "{} {}", p.gap, q.gap);
+            }
+            assert!(lift < 0.0 || lift > 0.01 || !a.is_empty());
+        }
+    }
+}
+
+#[test]
+fn a_material_may_differ_from_place_to_place() {
+    let mut rig = on_ground("ground", 3);
+    let mut specs: Vec<ColliderSpec> =
+        rig.colliders.ids().map(|id| rig.colliders.spec(id).clone()).collect();
+    for s in specs.iter_mut().filter(|s| s.name == "ground") {
+        s.varies = Some(Varies(std::sync::Arc::new(|p: &Vec3| Material {
+            friction: if p.x > 0.0 { 0.9 } else { 0.1 },
+            restitution: 0.0,
+        })));
+    }
+    rig.colliders = Colliders::new(specs, Rules::default(), &free_bodies(1)).unwrap();
+    for x in [-0.7, -0.2, 0.1, 0.5, 0.9] {
+        let (_, points) = standing(&mut rig, x, 0.0);
+        for p in points {
+            // The ground's frame is 0.3 m along x.
+            let ground = if p.point.x > 0.3 { 0.9 } else { 0.1_f64 };
+            assert!((p.friction - (ground * 0.5).sqrt()).abs() < 1e-12, "{x}: {}", p.friction);
+        }
+    }
+}

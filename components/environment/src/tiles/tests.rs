@@ -185,7 +185,8 @@ fn bombs_and_claims_are_refused() {
     assert!(head::unpack(&short, &mut planes, &mut heights).is_err());
     let infinite = head::pack(&[f32::INFINITY; 64]).unwrap();
     assert!(head::unpack(&infinite, &mut planes, &mut heights).is_err());
-    let grid = linkwork_collision::relief::Lattice::new([0.0; 2], [1.0; 2], 100_000, 100_000).unwrap();
+    let grid =
+        linkwork_collision::relief::Lattice::new([0.0; 2], [1.0; 2], 100_000, 100_000).unwrap();
     let mut bytes = Vec::new();
     head::Head::new(grid, 256).unwrap().write(&mut bytes).unwrap();
     assert!(bytes.len() as u64 <= INDEX_END, "100 000 by 100 000 nodes have an index");

@@ -86,6 +86,14 @@ impl DiscContact {
         self.patches().iter().fold(Vec3::zeros(), |a, p| a + p.normal * (p.depth * p.share))
     }
 
+    /// With a patch more; one at the place of the last (nearer than `same`, m) is the same, found on both sides of a post, and each has its share.
+    fn add(&mut self, patch: Patch, same: f64) {
+        match self.patches[..self.count].last_mut() {
+            Some(last) if (last.point - patch.point).norm() < same => last.share += patch.share,
+            _ => self.push(patch),
+        }
+    }
+
     fn push(&mut self, patch: Patch) {
         if self.count < PATCHES {
             self.patches[self.count] = patch;
@@ -107,7 +115,12 @@ impl Wheel {
     /// Contacts of the discs of a wheel at `centre` (m) with the unit `axle`, from right to left. `ground` gives
     /// height (m) and unit normal at x, y, or `None` off the map (nothing is touched there). Cost: nine ground queries a disc
     /// and one more for each patch that is in or near the ground.
-    pub fn discs(&self, centre: Vec3, axle: Vec3, ground: &(impl Relief + ?Sized)) -> [DiscContact; DISCS] {
+    pub fn discs(
+        &self,
+        centre: Vec3,
+        axle: Vec3,
+        ground: &(impl Relief + ?Sized),
+    ) -> [DiscContact; DISCS] {
         let Some([e1, e2]) = in_plane(&axle) else { return [DiscContact::NONE; DISCS] };
         // Discs at the middles of equal strips.
         let discs: [Plane; DISCS] = std::array::from_fn(|i| {
@@ -243,7 +256,7 @@ impl Plane {
             if p.d > -self.margin {
                 let inward =
                     -(self.e1 * p.at.s + self.e2 * p.at.z) / (self.r - p.d).max(1e-9 * self.r);
-                out.push(self.patch(inward, &p.at, p.d, p.share));
+                out.add(self.patch(inward, &p.at, p.d, p.share), SAME * self.r);
             }
         }
     }

@@ -228,12 +228,7 @@ impl Lattice {
 }
 
 /// Whether nodes may lie so: cells, positive distances, finite numbers; the first that is wrong.
-fn check(
-    origin: [f64; 2],
-    spacing: [f64; 2],
-    nx: usize,
-    ny: usize,
-) -> Result<(), GridFault> {
+fn check(origin: [f64; 2], spacing: [f64; 2], nx: usize, ny: usize) -> Result<(), GridFault> {
     if nx < 2 || ny < 2 {
         return Err(GridFault::NoCell { nx, ny });
     }
