@@ -180,3 +180,40 @@ fn a_crate_holds_or_slides_by_the_friction_of_the_soil_under_it() {
         }
     }
 }
+
+#[test]
+fn two_materials_do_to_each_other_what_their_pair_says() {
+    // Two crates on a slope of 20 degrees, which asks for 0.36: alike but for what they are made of.
+    for contact in ["", "compliant: (stiffness: 1e5, bristle_stiffness: 1e5)"] {
+        let crates = ["wood", "ice"].map(|of| {
+            let y = if of == "wood" { 2.0 } else { -2.0 };
+            format!(
+                r#""{of}": (parent: "world", hinge: Free, mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: [0, {y}, 0.213], rotation: (rpy: [0, "-20 deg", 0])),
+                    shapes: [(shape: Box([1, 0.8, 0.4]), collide: (material: "{of}"), name: "hull")]),"#
+            )
+        });
+        let text = format!(
+            r#"Simulation(
+            bodies: {{ {} }},
+            parts: {{
+                "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                "Ground": (model: "environment.flat", params: {{ "slope": "20 deg", "size": "40 m", "soil": {{ "friction": 0.5 }} }}),
+            }},
+            contact: (friction: 0.5, pairs: [(a: "ice", b: "terrain", friction: 0.02)], {contact}), step: "1 ms", until: "10 s")"#,
+            crates.concat()
+        );
+        let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        until(&mut sim, 0.5);
+        let x = |sim: &Simulation, of: &str| sim.get(&format!("{of}.position.x")).unwrap();
+        let before = ["wood", "ice"].map(|of| x(&sim, of));
+        until(&mut sim, 1.5);
+        let went = ["wood", "ice"]
+            .map(|of| x(&sim, of))
+            .iter()
+            .zip(before)
+            .map(|(a, b)| (a - b).abs())
+            .collect::<Vec<_>>();
+        println!("`{contact}`: wood {:.2e} m, ice {:.3} m", went[0], went[1]);
+        assert!(went[0] < 1e-4 && went[1] > 2.0, "{contact}: {went:?}");
+    }
+}

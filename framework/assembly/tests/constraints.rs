@@ -448,7 +448,8 @@ fn compliant_contact_replaces_impulses() {
     let m = good(&with("compliant: (stiffness: 2e5, exponent: 1.5, relaxation: \"2 ms\")"));
     let m = m.spec.mechanism().cloned().unwrap();
     assert!(m.contact.is_none());
-    let (colliders, settings) = m.compliant.unwrap();
+    let (colliders, laws) = m.compliant.unwrap();
+    let settings = laws.usual;
     assert_eq!(colliders.len(), 2);
     assert_eq!((settings.stiffness, settings.exponent), (2e5, 1.5));
     assert_eq!(settings.relaxation, 2e-3);

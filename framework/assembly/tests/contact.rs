@@ -397,3 +397,60 @@ fn bodies_that_a_loop_joins_are_neighbours() {
     assert!(meet("", "") && !meet(joined, ""));
     assert!(meet(joined, "neighbours: Collide") && meet(joined, "collide: [[\"a\", \"b\"]]"));
 }
+
+/// A wheel, a rock and a plank; `pairs` of `contact`, and more of it.
+fn of_materials(pairs: &str, more: &str) -> Result<Loaded, Failure> {
+    let text = format!(
+        r#"bodies: {{
+    "wheel": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), name: "tyre", collide: (material: "rubber", friction: 0.9))]),
+    "rock": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), name: "skin", collide: (material: "basalt"))]),
+    "plank": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), name: "side", collide: true)]),
+}},
+contact: (friction: 0.4, pairs: [{pairs}], {more})"#
+    );
+    solids(&text)
+}
+
+#[test]
+fn pairs_of_materials_have_laws_of_their_own() {
+    let pairs = r#"(a: "basalt", b: "rubber", friction: 0.6, stiffness: 5e5), (a: "basalt", b: "basalt", restitution: 0.3), (a: "rubber", b: "terrain", damping: 2)"#;
+    let loaded = of_materials(pairs, "compliant: (stiffness: 2e5, exponent: 1.5)").unwrap();
+    let mechanism = loaded.spec.mechanism().cloned().unwrap();
+    let (colliders, laws) = mechanism.compliant.unwrap();
+    let id = |name: &str| colliders.find(name).unwrap();
+    let law = |a: &str, b: &str| colliders.law(id(a), id(b));
+    assert_eq!(law("wheel/tyre", "rock/skin"), Some(0));
+    assert_eq!(law("rock/skin", "wheel/tyre"), Some(0));
+    assert_eq!(law("wheel/tyre", "plank/side"), None);
+    assert_eq!(colliders.rules().laws[0].friction, Some(0.6));
+    assert_eq!(colliders.rules().laws[1].restitution, Some(0.3));
+    // What is not written is as for all pairs.
+    assert_eq!((laws.of_laws[0].stiffness, laws.of_laws[0].exponent), (5e5, 1.5));
+    assert_eq!((laws.of_laws[2].stiffness, laws.of_laws[2].damping), (2e5, 2.0));
+    // The resolved text says the same.
+    let again =
+        load_text("resolved.ron", &loaded.resolved.to_string(), &Options::new(&catalogue()));
+    let again = again.unwrap_or_else(|f| panic!("{f}")).spec.mechanism().cloned().unwrap();
+    let (of_again, laws_again) = again.compliant.unwrap();
+    assert_eq!((of_again.rules().laws.clone(), laws_again), (colliders.rules().laws.clone(), laws));
+    assert_eq!(
+        of_again.spec(of_again.find("rock/skin").unwrap()).material_name.as_deref(),
+        Some("basalt")
+    );
+}
+
+#[test]
+fn mistakes_in_pairs_are_told_with_their_remedies() {
+    let told = |pairs: &str, more: &str| of_materials(pairs, more).err().unwrap().to_string();
+    let text = told(r#"(a: "rubbr", b: "basalt", friction: 0.6)"#, "");
+    assert!(text.contains("no collider is of the material `rubbr`"), "{text}");
+    assert!(text.contains("did you mean `rubber`"), "{text}");
+    let text = told(r#"(a: "rubber", b: "basalt", friction: -1)"#, "");
+    assert!(text.contains("friction"), "{text}");
+    let text = told(r#"(a: "rubber", friction: 1)"#, "");
+    assert!(text.contains("write the `material` of a collider"), "{text}");
+    let text = told(r#"(a: "rubber", b: "basalt"), (a: "basalt", b: "rubber")"#, "");
+    assert!(text.contains("come twice"), "{text}");
+    let text = told(r#"(a: "rubber", b: "basalt", stiffness: 1e5)"#, "");
+    assert!(text.contains("stiffness without compliant contact"), "{text}");
+}

@@ -69,6 +69,8 @@ pub struct Colliders {
     book: Arc<Book>,
     pub(crate) items: Vec<Item>,
     pub(crate) meets: Vec<bool>,
+    /// Of each pair the law, from 1 on.
+    laws: Vec<u16>,
 }
 
 /// What [`Colliders::rebuild`] gives.
@@ -97,6 +99,7 @@ impl Colliders {
             solids.push(build(s, &mut faults));
         }
         faults.extend(rules::unknown(&rules, &specs, multibody));
+        faults.extend(rules::laws(&rules, &specs));
         if !faults.is_empty() {
             return Err(CollisionError { faults });
         }
@@ -146,7 +149,8 @@ impl Colliders {
         let bodies: Vec<usize> =
             items.iter().map(|i| i.body.map_or(world, |b| b.index())).collect();
         let meets = rules::table(&book.rules, &specs, &bodies, multibody);
-        Self { book, items, meets }
+        let laws = rules::law_table(&book.rules, &specs);
+        Self { book, items, meets, laws }
     }
 
     /// The same colliders and rules on another mechanism, by name: after bodies were attached or detached. Geometry is shared, not
@@ -220,6 +224,16 @@ impl Colliders {
     #[track_caller]
     pub fn meet(&self, a: ColliderId, b: ColliderId) -> bool {
         self.meets[a.index() * self.items.len() + b.index()]
+    }
+
+    /// Which of [`Rules::laws`] counts for a pair.
+    #[must_use]
+    #[track_caller]
+    pub fn law(&self, a: ColliderId, b: ColliderId) -> Option<usize> {
+        if self.laws.is_empty() {
+            return None;
+        }
+        usize::from(self.laws[a.index() * self.items.len() + b.index()]).checked_sub(1)
     }
 
     /// What is hidden when a run begins, as the specifications say.

@@ -169,6 +169,29 @@ pub enum ColliderFault {
         /// The collider.
         collider: String,
     },
+    /// A law about a material that no collider has.
+    #[error(
+        "law of pairs {index}: no collider is of the material `{name}`{}",
+        material(suggestion)
+    )]
+    UnknownMaterial {
+        /// Which law.
+        index: usize,
+        /// The name.
+        name: String,
+        /// The nearest existing name.
+        suggestion: Option<String>,
+    },
+    /// A number of a law out of its range.
+    #[error("law of pairs {index}: {what} is {value}\n  help: it must be finite and ≥ 0")]
+    LawNumber {
+        /// Which law.
+        index: usize,
+        /// Friction or restitution.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// A rule about something that does not exist.
     #[error("rule {list} {index}: no collider or body `{name}`{}", suggest(suggestion))]
     UnknownName {
@@ -181,6 +204,13 @@ pub enum ColliderFault {
         /// The nearest existing name.
         suggestion: Option<String>,
     },
+}
+
+fn material(name: &Option<String>) -> String {
+    name.as_ref().map_or_else(
+        || "\n  help: write `material` of the colliders that it is about".to_string(),
+        |n| format!("\n  help: did you mean `{n}`?"),
+    )
 }
 
 fn suggest(name: &Option<String>) -> String {

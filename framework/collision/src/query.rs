@@ -287,9 +287,12 @@ impl Colliders {
             None => spec.material,
         };
         let (sa, sb) = (self.spec(ca), self.spec(cb));
+        let law = self.law(ca, cb).map(|k| &self.rules().laws[k]);
         out.extend(points.iter().map(|p| {
             let point = R * ((p.pa + p.pb) / 2.0) + at;
             let (ma, mb) = (of(a, sa, &point), of(b, sb, &point));
+            let mean = || (ma.friction * mb.friction).sqrt();
+            let larger = || ma.restitution.max(mb.restitution);
             ContactPoint {
                 a: ca,
                 b: cb,
@@ -299,8 +302,8 @@ impl Colliders {
                 normal: R * p.n,
                 gap: p.gap,
                 feature: p.name,
-                friction: (ma.friction * mb.friction).sqrt(),
-                restitution: ma.restitution.max(mb.restitution),
+                friction: law.and_then(|l| l.friction).unwrap_or_else(mean),
+                restitution: law.and_then(|l| l.restitution).unwrap_or_else(larger),
             }
         }));
     }

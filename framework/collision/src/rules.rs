@@ -2,7 +2,7 @@
 //! meet one another.
 
 use crate::error::ColliderFault;
-use crate::shape::{ColliderSpec, Neighbours, OnTerrain, Rules};
+use crate::shape::{ColliderSpec, Neighbours, OnTerrain, PairLaw, Rules};
 use linkwork_multibody::Multibody;
 use linkwork_multibody::names::nearest;
 
@@ -10,7 +10,7 @@ use linkwork_multibody::names::nearest;
 pub(crate) const WORLD: &str = "world";
 
 /// The collider that a runtime adds for the ground. It is on the world and still meets bodies that a hinge joins to the
-/// world; rules may name it before it is there.
+/// world; rules may name it before it is there. So is its material called.
 pub const TERRAIN: &str = "terrain";
 
 /// The names of each entry.
@@ -47,6 +47,41 @@ pub(crate) fn unknown(
         }
     }
     faults
+}
+
+/// Laws of pairs that name a material that nothing has, or have a number that is none.
+pub(crate) fn laws(rules: &Rules, specs: &[ColliderSpec]) -> Vec<ColliderFault> {
+    let named = || specs.iter().filter_map(|s| s.material_name.as_deref()).chain([TERRAIN]);
+    let mut faults = Vec::new();
+    for (index, law) in rules.laws.iter().enumerate() {
+        for name in law.materials.iter().filter(|n| !named().any(|m| m == n.as_str())) {
+            let suggestion = nearest(name, named()).map(str::to_owned);
+            faults.push(ColliderFault::UnknownMaterial { index, name: name.clone(), suggestion });
+        }
+        for (what, value) in [("friction", law.friction), ("restitution", law.restitution)] {
+            if let Some(value) = value.filter(|v| !(*v >= 0.0 && v.is_finite())) {
+                faults.push(ColliderFault::LawNumber { index, what, value });
+            }
+        }
+    }
+    faults
+}
+
+/// For each pair of colliders, row after row, which law counts, from 1 on; 0: none. Empty without laws.
+pub(crate) fn law_table(rules: &Rules, specs: &[&ColliderSpec]) -> Vec<u16> {
+    if rules.laws.is_empty() {
+        return Vec::new();
+    }
+    let of = |a: &ColliderSpec, b: &ColliderSpec| {
+        let (a, b) = (a.material_name.as_ref()?, b.material_name.as_ref()?);
+        let fits = |law: &PairLaw| {
+            let [p, q] = &law.materials;
+            (p == a && q == b) || (p == b && q == a)
+        };
+        rules.laws.iter().position(fits)
+    };
+    let law = |a, b| of(a, b).map_or(0, |k| u16::try_from(k + 1).unwrap_or(0));
+    specs.iter().flat_map(|a| specs.iter().map(move |b| law(a, b))).collect()
 }
 
 /// Bodies welded together count as one: for each body (the world last) the first of its group.

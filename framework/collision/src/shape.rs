@@ -117,6 +117,17 @@ impl Default for Material {
     }
 }
 
+/// What two materials do to each other, where that is not what the numbers of their surfaces say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PairLaw {
+    /// Names of the materials ([`ColliderSpec::material_name`]); they may be one.
+    pub materials: [String; 2],
+    /// Coefficient of friction between them; `None`: the geometric mean of the surfaces'.
+    pub friction: Option<f64>,
+    /// Coefficient of restitution between them; `None`: the larger of the surfaces'.
+    pub restitution: Option<f64>,
+}
+
 /// A material that differs from place to place: a function of the point in the shape's frame C (m).
 #[derive(Clone)]
 pub struct Varies(pub Arc<dyn Fn(&Vec3) -> Material + Send + Sync>);
@@ -191,7 +202,9 @@ pub struct ColliderSpec {
     pub hidden: Visibility,
     /// How it rubs and bounces.
     pub material: Material,
-    /// Where that differs from place to place; goes before `material`.
+    /// What its material is called, for [`Rules::laws`].
+    pub material_name: Option<String>,
+    /// How it rubs and bounces where that differs from place to place; goes before `material`.
     pub varies: Option<Varies>,
 }
 
@@ -212,6 +225,7 @@ impl ColliderSpec {
             discs: 0,
             hidden: Visibility::Shown,
             material: Material::default(),
+            material_name: None,
             varies: None,
         }
     }
@@ -248,4 +262,6 @@ pub struct Rules {
     pub apart: Vec<Vec<String>>,
     /// Pairs that meet though they are neighbours or in one list of `apart`; `ignore` goes before.
     pub collide: Vec<[String; 2]>,
+    /// What pairs of materials do to each other; the first that fits counts.
+    pub laws: Vec<PairLaw>,
 }

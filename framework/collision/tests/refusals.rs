@@ -105,13 +105,19 @@ fn all_mistakes_are_reported_at_once_with_a_remedy_each() {
         ignore: vec![["twin".into(), "lots".into()]],
         joined: vec![["a00".into(), "twin".into()]],
         apart: vec![vec!["a00".into(), "a01".into(), "twin".into()]],
+        laws: vec![PairLaw {
+            materials: ["steal".into(), "terrain".into()],
+            friction: Some(f64::NAN),
+            restitution: Some(0.1),
+        }],
         ..Rules::default()
     };
+    specs[1].material_name = Some("steel".into());
     let error = Colliders::new(specs, rules, &free_bodies(2)).unwrap_err();
     let text = error.to_string();
     println!("{text}");
-    assert_eq!(error.faults.len(), 10, "{text}");
-    assert_eq!(text.matches("help:").count(), 10, "{text}");
+    assert_eq!(error.faults.len(), 12, "{text}");
+    assert_eq!(text.matches("help:").count(), 12, "{text}");
     for part in [
         "`twin` is defined 2 times",
         "padding is -0.1",
@@ -120,6 +126,9 @@ fn all_mistakes_are_reported_at_once_with_a_remedy_each() {
         "coarse shape: radius is -1",
         "rule joined 0",
         "rule apart 0",
+        "no collider is of the material `steal`",
+        "did you mean `steel`?",
+        "law of pairs 0: friction is NaN",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }

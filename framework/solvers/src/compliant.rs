@@ -14,7 +14,7 @@
 //! What of z is along n, after n has turned, relaxes. Without contact bristles relax. Forces are continuous where depth and normals are.
 
 use crate::contact_law::{RELAX, gives_way, normal_force};
-use linkwork_collision::{Colliders, ContactPoint, Query, Scratch};
+use linkwork_collision::{ColliderId, Colliders, ContactPoint, Query, Scratch};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Motion, Pose, Vec3};
@@ -24,7 +24,7 @@ use thiserror::Error;
 /// Numbers of state for each pair.
 pub const BRISTLE: usize = 4;
 
-/// Constants of compliant contact, the same for all pairs; friction is the colliders'.
+/// Constants of compliant contact; friction is the colliders'.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompliantSettings {
     /// k: force of one contact point at 1 m to the exponent, N/mᵖ.
@@ -89,6 +89,29 @@ impl CompliantSettings {
     }
 }
 
+/// Constants of all pairs, and of those that have a law of their own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CompliantLaws {
+    /// Of pairs without a law.
+    pub usual: CompliantSettings,
+    /// Of each of [`Rules::laws`](linkwork_collision::Rules::laws); where there are fewer, the usual ones.
+    pub of_laws: Vec<CompliantSettings>,
+}
+
+impl From<CompliantSettings> for CompliantLaws {
+    fn from(usual: CompliantSettings) -> Self {
+        Self { usual, of_laws: Vec::new() }
+    }
+}
+
+impl CompliantLaws {
+    /// # Errors
+    /// The first constant that makes no sense.
+    pub fn check(&self) -> Result<(), CompliantError> {
+        self.of_laws.iter().chain([&self.usual]).try_for_each(CompliantSettings::check)
+    }
+}
+
 /// What a pair of colliders does to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLoad {
@@ -107,10 +130,9 @@ pub struct PairLoad {
 /// Forces of compliant contact for one mechanism. It holds memory, no state: bristles are the
 /// caller's, [`BRISTLE`] numbers a pair.
 pub struct CompliantContact {
-    settings: CompliantSettings,
     colliders: Arc<Colliders>,
-    /// Pairs that may meet, ascending.
-    pairs: Vec<(u32, u32)>,
+    /// Pairs that may meet, ascending, with their constants.
+    pairs: Vec<((u32, u32), CompliantSettings)>,
     scratch: Scratch,
     points: Vec<ContactPoint>,
     loads: Vec<PairLoad>,
@@ -133,12 +155,15 @@ impl CompliantContact {
     /// [`CompliantError`].
     pub fn new(
         colliders: Arc<Colliders>,
-        settings: CompliantSettings,
+        laws: impl Into<CompliantLaws>,
     ) -> Result<Self, CompliantError> {
-        settings.check()?;
+        let laws = laws.into();
+        laws.check()?;
+        let of = |(a, b)| colliders.law(a, b).and_then(|k| laws.of_laws.get(k)).copied();
+        let index = |(a, b): (ColliderId, ColliderId)| (a.index() as u32, b.index() as u32);
+        let pair = |ids| (index(ids), of(ids).unwrap_or(laws.usual));
         Ok(Self {
-            settings,
-            pairs: pairs(&colliders),
+            pairs: pairs(&colliders).map(pair).collect(),
             scratch: Scratch::new(&colliders),
             points: Vec::new(),
             loads: Vec::new(),
@@ -149,7 +174,7 @@ impl CompliantContact {
     /// Numbers of state that some colliders need.
     #[must_use]
     pub fn states(colliders: &Colliders) -> usize {
-        BRISTLE * pairs(colliders).len()
+        BRISTLE * pairs(colliders).count()
     }
 
     /// Contact points of the last call.
@@ -174,7 +199,7 @@ impl CompliantContact {
         self.loads.clear();
         let mut at = 0;
         let states = bristles.chunks_exact(BRISTLE).zip(rates.chunks_exact_mut(BRISTLE));
-        for (pair, (state, rate)) in self.pairs.iter().zip(states) {
+        for ((pair, settings), (state, rate)) in self.pairs.iter().zip(states) {
             let key = |p: &ContactPoint| (p.a.index() as u32, p.b.index() as u32);
             let from = at;
             while self.points.get(at).is_some_and(|p| key(p) == *pair) {
@@ -182,7 +207,7 @@ impl CompliantContact {
             }
             let z = Vec3::new(state[0], state[1], state[2]);
             let touching = &self.points[from..at];
-            let ((z_dot, spin), load) = press(&self.settings, tree, ws, touching, z, state[3]);
+            let ((z_dot, spin), load) = press(settings, tree, ws, touching, z, state[3]);
             self.loads.extend(load);
             rate[..3].copy_from_slice(z_dot.as_slice());
             rate[3] = spin;
@@ -190,15 +215,13 @@ impl CompliantContact {
     }
 }
 
-fn pairs(colliders: &Colliders) -> Vec<(u32, u32)> {
-    let ids: Vec<_> = colliders.ids().collect();
-    let mut out = Vec::new();
-    for (i, a) in ids.iter().enumerate() {
-        for b in ids[i + 1..].iter().filter(|b| colliders.meet(*a, **b)) {
-            out.push((a.index() as u32, b.index() as u32));
-        }
-    }
-    out
+/// The pairs of colliders that may meet, ascending.
+fn pairs(colliders: &Colliders) -> impl Iterator<Item = (ColliderId, ColliderId)> + '_ {
+    let ids = colliders.ids();
+    ids.flat_map(move |a| {
+        let others = colliders.ids().skip(a.index() + 1);
+        others.filter(move |b| colliders.meet(a, *b)).map(move |b| (a, b))
+    })
 }
 
 fn velocity(tree: &Tree, ws: &Workspace, body: Option<BodyId>, at: &Vec3) -> Motion {

@@ -17,11 +17,13 @@ pub const RELAX: f64 = 0.01;
 
 /// Hunt and Crossley's normal force (N) at a depth (m, positive) that grows by `closing` (m/s): stiffness k (N/mᵖ), exponent p, damping d (s/m).
 /// Never pulls.
+#[inline]
 pub fn normal_force(stiffness: f64, exponent: f64, damping: f64, depth: f64, closing: f64) -> f64 {
     elastic(stiffness, exponent, depth) * (1.0 + damping * closing).max(0.0)
 }
 
 /// Its elastic part k δᵖ, N.
+#[inline]
 pub fn elastic(stiffness: f64, exponent: f64, depth: f64) -> f64 {
     stiffness
         * match exponent {
@@ -32,6 +34,7 @@ pub fn elastic(stiffness: f64, exponent: f64, depth: f64) -> f64 {
 }
 
 /// Share α of the motion that slides: 0 while the bristle of the length `size` is elastic, 1 at its limit `longest`.
+#[inline]
 pub fn plastic_share(size: f64, longest: f64) -> f64 {
     let start = BREAKAWAY * longest;
     if size <= start {
@@ -45,6 +48,7 @@ pub fn plastic_share(size: f64, longest: f64) -> f64 {
 }
 
 /// Rate c (1/s) at which a bristle gives way: it has the length `size`, is bent further by `toward` (v·ẑ, per second), and `longest` is its limit.
+#[inline]
 pub fn gives_way(size: f64, toward: f64, longest: f64) -> f64 {
     let mut out = 0.0;
     if toward > 0.0 {

@@ -25,7 +25,9 @@ mod shared;
 mod skyline;
 mod stepper;
 
-pub use compliant::{BRISTLE, CompliantContact, CompliantError, CompliantSettings, PairLoad};
+pub use compliant::{
+    BRISTLE, CompliantContact, CompliantError, CompliantLaws, CompliantSettings, PairLoad,
+};
 pub use constrained::{ConstrainedSolver, Redundant, Report, SolverError, Stabilisation};
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use linkwork_dynamics::units::Treatment;

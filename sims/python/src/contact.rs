@@ -7,12 +7,13 @@ use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::{Mechanism, choice};
 use crate::simulate::{Forces, Torque};
-use linkwork_collision::{ColliderSpec, Colliders, Hiding, Neighbours, Rules};
+use linkwork_collision::{ColliderSpec, Colliders, Hiding, Neighbours, PairLaw, Rules};
 use linkwork_multibody::NodeId;
 use linkwork_solvers::{ContactSettings, ContactStepper, JointLimits, StepReport, Treatment};
 use linkwork_spatial::{Force, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 mod collider;
@@ -60,7 +61,8 @@ struct Memory {
 /// colliders: the shapes; None takes those of the file (`Mechanism.file_colliders`), and of a file in RON also who meets whom and the settings, which what is
 /// given goes before. Bodies that a loop or a hinge of fewer than six degrees of freedom joins do not meet, unless neighbours is "collide" and not "pass".
 /// ignore, collide: pairs of names of colliders or bodies that do not meet, that do. limits: "stop" (else the default) holds hinges within their limits,
-/// "ignore" does not.
+/// "ignore" does not. pairs: what two materials (`Collider.material`) do to each other, {(name, name): {"friction": .., "restitution": ..}}, in place of the mean
+/// friction and the larger restitution of their surfaces; these go before those of the file.
 ///
 /// margin: gaps up to it are looked at, m. slop: penetration that is left alone, m. correction: part of the rest that a step works off. push_max: greatest speed
 /// of that, m/s. bounce_min: what approaches more slowly does not bounce, m/s. tolerance of the solver, relative to the largest velocity.
@@ -91,6 +93,22 @@ fn setting(what: &str, given: Option<f64>, default: f64, zero: bool) -> PyResult
     }
     let help = if zero { "give a number that is not negative" } else { "give a number above zero" };
     Err(refuse_with(format!("`{what}` is {x}"), help))
+}
+
+/// Of pairs of materials: friction and restitution, by name.
+type Laws = BTreeMap<(String, String), BTreeMap<String, f64>>;
+
+fn laws(pairs: Laws) -> PyResult<Vec<PairLaw>> {
+    let law = |((a, b), numbers): ((String, String), BTreeMap<String, f64>)| {
+        let known = ["friction", "restitution"];
+        if let Some(wrong) = numbers.keys().find(|k| !known.contains(&k.as_str())) {
+            let fact = format!("`pairs`: ({a:?}, {b:?}) has no `{wrong}`");
+            return Err(refuse_with(fact, "give friction, restitution, or both"));
+        }
+        let [friction, restitution] = known.map(|k| numbers.get(k).copied());
+        Ok(PairLaw { materials: [a, b], friction, restitution })
+    };
+    pairs.into_iter().map(law).collect()
 }
 
 /// Colliders that were given, or those of the mechanism's file with its rules; and what is added to the rules.
@@ -129,7 +147,7 @@ pub(crate) fn chosen(
 #[pymethods]
 impl Contact {
     #[new]
-    #[pyo3(signature = (mechanism, colliders=None, *, ignore=None, collide=None, neighbours=None, limits=None,
+    #[pyo3(signature = (mechanism, colliders=None, *, ignore=None, collide=None, neighbours=None, pairs=None, limits=None,
         margin=None, slop=None, correction=None, push_max=None, bounce_min=None, tolerance=None))]
     fn new(
         mechanism: &Mechanism,
@@ -137,6 +155,7 @@ impl Contact {
         ignore: Option<Vec<[String; 2]>>,
         collide: Option<Vec<[String; 2]>>,
         neighbours: Option<&str>,
+        pairs: Option<Laws>,
         limits: Option<&str>,
         margin: Option<f64>,
         slop: Option<f64>,
@@ -152,7 +171,8 @@ impl Contact {
             let help = "give `mechanism.file_colliders()` as colliders, or use linkwork.Simulation";
             own = c.settings.clone().ok_or_else(|| refuse_with(fact, help))?;
         }
-        let (specs, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
+        let (specs, mut rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
+        rules.laws.splice(0..0, laws(pairs.unwrap_or_default())?);
         let known = [("stop", JointLimits::Stop), ("ignore", JointLimits::Ignore)];
         let limits = limits.map_or(Ok(own.limits), |given| choice("limits", given, &known))?;
         let mut settings = ContactSettings {

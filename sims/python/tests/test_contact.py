@@ -353,3 +353,26 @@ def test_compliant_contact_of_a_file_is_not_taken_for_impulses(tmp_path):
     with pytest.raises(lw.LinkworkError, match="compliant"):
         lw.Contact(robot)
     assert len(lw.Contact(robot, robot.file_colliders()).colliders) == 3
+
+
+def test_two_materials_do_to_each_other_what_their_pair_says():
+    box = free("box").build()
+    shape = lw.Collider.box("hull", "box", [0.1, 0.1, 0.1], friction=0.8).material(name="ice")
+    ground = lw.Collider.half_space("ground", friction=0.8).material(name="board")
+    slid = {}
+    for name, pairs in [("alone", None), ("pair", {("board", "ice"): {"friction": 0.05}})]:
+        contact = lw.Contact(box, [shape, ground], pairs=pairs)
+        q, v = at(0, 0, 0.1), moving(1.0, 0, 0)
+        for _ in range(200):
+            step = contact.step(q, v, 1e-3)
+            q, v = step.q, step.v
+        slid[name] = v[3]
+    # Coulomb: 1 m/s less mu g t.
+    assert slid["alone"] == pytest.approx(0.0, abs=1e-9)
+    assert slid["pair"] == pytest.approx(1.0 - 0.05 * G * 0.2, rel=1e-6)
+    with pytest.raises(lw.LinkworkError, match="(?s)no collider is of the material `bord`.*did you mean `board`"):
+        lw.Contact(box, [shape, ground], pairs={("bord", "ice"): {"friction": 0.1}})
+    with pytest.raises(lw.LinkworkError, match="has no `frictoin`"):
+        lw.Contact(box, [shape, ground], pairs={("board", "ice"): {"frictoin": 0.1}})
+    with pytest.raises(lw.LinkworkError, match="friction is -1"):
+        lw.Contact(box, [shape, ground], pairs={("board", "ice"): {"friction": -1.0}})

@@ -22,6 +22,8 @@ record! {
         meets: Option<Vec<Text>> = texts().maybe(),
         /// Whether it meets the terrain; `false` for a wheel, whose model of contact does.
         terrain: bool = flag().or(true),
+        /// What it is made of, for `pairs` of `contact`.
+        material: Option<Text> = text().maybe(),
         /// Coefficient of friction; a pair takes the geometric mean.
         friction: Option<f64> = number("").at_least(0.0).maybe(),
         /// Coefficient of restitution; a pair takes the larger.
@@ -94,6 +96,7 @@ impl Collider {
         spec.discs = s.discs.unwrap_or(0);
         spec.hidden = if s.hidden { Visibility::Hidden } else { Visibility::Shown };
         spec.terrain = if s.terrain { OnTerrain::Collide } else { OnTerrain::Pass };
+        spec.material_name = s.material.map(|m| m.text);
         let Surface { group, meets, friction, restitution, .. } = s;
         Collider { spec, groups: group, meets, friction, restitution, origin }
     }

@@ -61,8 +61,34 @@ record! {
         ignore: Vec<Vec<Text>> = list_of(list_of(text())).or(Vec::new()),
         /// Neighbours that meet; `ignore` goes before.
         collide: Vec<Vec<Text>> = list_of(list_of(text())).or(Vec::new()),
+        /// What pairs of materials do to each other; the first that fits counts.
+        pairs: Vec<PairForm> = list_of(of::<PairForm>()).or(Vec::new()),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
+    }
+}
+record! {
+    /// What two materials do to each other; what is not written is as for all pairs.
+    #[derive(Clone, Debug, PartialEq)]
+    pub(crate) struct PairForm: "pair" {
+        /// One material, as `material` of colliders names it; that of the ground is `terrain`.
+        a: Option<Text> = text().wanted("write the `material` of a collider, or `terrain`"),
+        /// The other, or the same.
+        b: Option<Text> = text().wanted("write the `material` of a collider, or `terrain`"),
+        /// Coefficient of friction.
+        friction: Option<f64> = number("").at_least(0.0).maybe(),
+        /// Coefficient of restitution.
+        restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),
+        /// Stiffness of compliant contact, N/m^exponent.
+        stiffness: Option<f64> = number("").positive().maybe(),
+        /// Exponent of its penetration.
+        exponent: Option<f64> = number("").within(1.0, 10.0).maybe(),
+        /// Its damping, as part of the stiffness.
+        damping: Option<f64> = number("s/m").at_least(0.0).maybe(),
+        /// Stiffness of its bristles.
+        bristle_stiffness: Option<f64> = number("N/m").positive().maybe(),
+        /// Their damping.
+        bristle_damping: Option<f64> = number("N s/m").at_least(0.0).maybe(),
     }
 }
 record! {
@@ -90,6 +116,32 @@ fn compliant() -> impl Kind<Of = Option<CompliantSettings>> {
         mapped(flag(), |on| on.then(CompliantSettings::default), |_| None),
         mapped(of::<CompliantSettings>(), Some, Clone::clone),
     )
+}
+
+impl PairForm {
+    /// Names of what is written of compliant contact.
+    pub fn compliant(&self) -> Vec<&'static str> {
+        let all = [
+            ("stiffness", self.stiffness),
+            ("exponent", self.exponent),
+            ("damping", self.damping),
+            ("bristle_stiffness", self.bristle_stiffness),
+            ("bristle_damping", self.bristle_damping),
+        ];
+        all.into_iter().filter_map(|(name, x)| x.map(|_| name)).collect()
+    }
+
+    /// The constants of compliant contact, with those of all pairs where nothing is written.
+    pub fn over(&self, usual: CompliantSettings) -> CompliantSettings {
+        CompliantSettings {
+            stiffness: self.stiffness.unwrap_or(usual.stiffness),
+            exponent: self.exponent.unwrap_or(usual.exponent),
+            damping: self.damping.unwrap_or(usual.damping),
+            bristle_stiffness: self.bristle_stiffness.unwrap_or(usual.bristle_stiffness),
+            bristle_damping: self.bristle_damping.unwrap_or(usual.bristle_damping),
+            ..usual
+        }
+    }
 }
 
 impl ContactForm {

@@ -12,10 +12,12 @@ use crate::schema::kind::{At, Kind, drive_number, flag};
 use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, map, outer};
-use linkwork_collision::{ColliderFault, ColliderSpec, Colliders, Material, Rules, TERRAIN};
+use linkwork_collision::{
+    ColliderFault, ColliderSpec, Colliders, Material, PairLaw, Rules, TERRAIN,
+};
 use linkwork_multibody::{BodySpec, Multibody, Subhinge};
 use linkwork_runtime::{Located, Origin, Value, remedy};
-use linkwork_solvers::{CompliantSettings, ContactSettings};
+use linkwork_solvers::{CompliantLaws, ContactSettings};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The group of colliders that name none.
@@ -27,7 +29,7 @@ pub(crate) struct Contact {
     /// `None`: it is not written, and nothing touches.
     pub settings: Option<ContactSettings>,
     /// Smooth forces instead of impulses.
-    pub compliant: Option<CompliantSettings>,
+    pub compliant: Option<CompliantLaws>,
     rules: Rules,
     material: Material,
     /// Whether every collider could be read.
@@ -92,6 +94,7 @@ pub(crate) fn read(
         collide: scope.pairs(cx, v, &form.collide, "collide"),
         joined: Vec::new(),
         apart,
+        laws: laws(cx, v, &form, (colliders, complete)),
     };
     let mut out = Contact {
         settings: Some(form.settings()),
@@ -99,11 +102,54 @@ pub(crate) fn read(
         material: Material { friction: form.friction, restitution: form.restitution },
         complete,
         dry: dry(cx, &form.dry, root, &here.path, bodies, &at.field("dry")),
-        compliant: form.compliant,
+        compliant: form.compliant.map(|usual| CompliantLaws {
+            usual,
+            of_laws: form.pairs.iter().map(|p| p.over(usual)).collect(),
+        }),
         terrain: form.terrain.map(|t| t.text),
         resolved: None,
     };
     out.resolved = Some(resolved(v, &out));
+    out
+}
+
+/// `pairs: [(a: "tyre", b: "rock", friction: 0.9), ..]`.
+fn laws(
+    cx: &mut Cx,
+    v: &Located,
+    form: &ContactForm,
+    (colliders, complete): (&[Collider], bool),
+) -> Vec<PairLaw> {
+    let named = colliders.iter().filter_map(|c| c.spec.material_name.as_deref());
+    let known: BTreeSet<&str> = named.chain([TERRAIN]).collect();
+    let known: Vec<&str> = known.into_iter().collect();
+    let (mut out, mut seen) = (Vec::new(), BTreeSet::new());
+    for pair in &form.pairs {
+        let (Some(a), Some(b)) = (&pair.a, &pair.b) else { continue };
+        for name in [a, b].into_iter().filter(|n| complete && !known.contains(&n.text.as_str())) {
+            let fact =
+                format!("`contact`: `pairs`: no collider is of the material `{}`", name.text);
+            cx.fault(name.origin, fact, remedy(&name.text, "materials", &known));
+        }
+        let mut key = [a.text.clone(), b.text.clone()];
+        key.sort();
+        if !seen.insert(key) {
+            let fact = format!("`contact`: `pairs`: `{}` and `{}` come twice", a.text, b.text);
+            cx.fault(a.origin, fact, "keep one of them");
+        }
+        let own = pair.compliant();
+        if form.compliant.is_none() && !own.is_empty() {
+            let origin = v.get("pairs").map_or(v.origin, |p| p.origin);
+            let fact = format!("`contact`: `pairs`: {} without compliant contact", own.join(", "));
+            let help = "write `compliant: true` beside `pairs`, or leave them out: impulses know friction and restitution";
+            cx.fault(origin, fact, help);
+        }
+        out.push(PairLaw {
+            materials: [a.text.clone(), b.text.clone()],
+            friction: pair.friction,
+            restitution: pair.restitution,
+        });
+    }
     out
 }
 
@@ -341,7 +387,9 @@ pub(crate) fn colliders(
                     | ColliderFault::Pose { collider } => {
                         all.iter().find(|c| c.spec.name == *collider).map(|c| c.origin)
                     }
-                    ColliderFault::UnknownName { .. } => None,
+                    ColliderFault::UnknownName { .. }
+                    | ColliderFault::UnknownMaterial { .. }
+                    | ColliderFault::LawNumber { .. } => None,
                 };
                 cx.explained(origin.unwrap_or(Origin::NONE), "", [fault]);
             }

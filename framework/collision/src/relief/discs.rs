@@ -72,21 +72,25 @@ impl DiscContact {
     };
 
     /// The patches, in which the disc is in the ground, or within the margin.
+    #[inline]
     pub fn patches(&self) -> &[Patch] {
         &self.patches[..self.count]
     }
 
     /// Depth of all patches together, m: the size of the press; 0 without contact.
+    #[inline]
     pub fn depth(&self) -> f64 {
         self.press().norm()
     }
 
     /// Sum of depth times share times normal, m: what a linear spring would feel.
+    #[inline]
     pub fn press(&self) -> Vec3 {
         self.patches().iter().fold(Vec3::zeros(), |a, p| a + p.normal * (p.depth * p.share))
     }
 
     /// With a patch more; one at the place of the last (nearer than `same`, m) is the same, found on both sides of a post, and each has its share.
+    #[inline]
     fn add(&mut self, patch: Patch, same: f64) {
         match self.patches[..self.count].last_mut() {
             Some(last) if (last.point - patch.point).norm() < same => last.share += patch.share,
@@ -94,6 +98,7 @@ impl DiscContact {
         }
     }
 
+    #[inline]
     fn push(&mut self, patch: Patch) {
         if self.count < PATCHES {
             self.patches[self.count] = patch;
@@ -148,6 +153,7 @@ impl Wheel {
 }
 
 /// Directions e₁ and e₂ in the plane across a unit `axle`; `None` where it is upright.
+#[inline]
 fn in_plane(axle: &Vec3) -> Option<[Vec3; 2]> {
     let up = Vec3::z() - axle * axle.z;
     let length = up.norm();
@@ -262,6 +268,7 @@ impl Plane {
     }
 
     /// The first posts, by the ground there; whether any has ground.
+    #[inline]
     fn posts(&self, profile: &mut Profile, first: &[[f64; 3]]) -> bool {
         let mut usual = true;
         for (k, (post, [h, sx, sy])) in profile.posts.iter_mut().zip(first).enumerate() {
@@ -315,6 +322,7 @@ impl Plane {
     }
 
     /// The patch that pushes along `inward` (unit, in the plane), `d` (m) deep.
+    #[inline]
     fn patch(&self, inward: Vec3, at: &Post, d: f64, share: f64) -> Patch {
         let side = at.side / (1.0 + at.slope * at.slope).sqrt();
         let cos = 1.0 / (1.0 + side * side).sqrt();

@@ -73,6 +73,7 @@ pub(crate) struct Peaks {
 
 impl Peaks {
     /// None yet.
+    #[inline]
     pub fn new(r: f64) -> Peaks {
         let none = Peak { at: NO_POST, d: 0.0, share: 0.0, saddle: 0.0 };
         Peaks { peaks: [none; PEAKS], count: 0, r, margin: 0.0 }
@@ -83,6 +84,7 @@ impl Peaks {
     }
 
     /// A maximum at u of a piece; what is far from the ground, or ground seen from inside, is none.
+    #[inline]
     fn push(&mut self, piece: &Piece, u: f64) {
         let at = piece.at(u);
         let d = self.r - (at.s * at.s + at.z * at.z).sqrt();
@@ -94,6 +96,7 @@ impl Peaks {
     }
 
     /// The ground between the last maximum and the next falls to d.
+    #[inline]
     fn saddle(&mut self, d: f64) {
         if let Some(last) = self.count.checked_sub(1) {
             self.peaks[last].saddle = self.peaks[last].saddle.min(d);
@@ -131,6 +134,7 @@ impl Peaks {
 
     /// Peaks joined by saddles, the highest first: each group keeps what stands out above the saddle, and what
     /// is below it is shared in proportion. The order of equal saddles does not matter.
+    #[inline]
     fn share(&mut self) {
         let (n, margin) = (self.count, self.margin);
         if n < 2 {
@@ -175,6 +179,7 @@ impl Peaks {
 impl Profile {
     /// A post between others, at the place of a peak: `weight` of the exact one, the rest what the profile had there. Gives its
     /// index, or that of a post already there.
+    #[inline]
     pub fn insert(&mut self, had: &Post, exact: &Post, weight: f64, same: f64) -> usize {
         let mix = |a: f64, b: f64| a + weight * (b - a);
         let post = Post {
@@ -202,6 +207,7 @@ impl Profile {
 
     /// The maxima of d above −margin on the pieces between the first posts, with their shares: as `peaks` finds them, side by side
     /// as far as most pieces need it.
+    #[inline]
     pub fn first_peaks(&self, out: &mut Peaks) {
         const N: usize = POSTS - 1;
         let length = out.r / (N / 2) as f64;
@@ -250,6 +256,7 @@ impl Profile {
     }
 
     /// The maxima of d above −margin on some pieces, with their shares.
+    #[inline]
     pub fn peaks(&self, pieces: std::ops::Range<usize>, out: &mut Peaks) {
         let mut before = None;
         for k in pieces {
@@ -259,6 +266,7 @@ impl Profile {
     }
 
     /// The maxima of d on one piece; E at the end of the piece before, none after one that is skipped. Gives that of this one.
+    #[inline]
     fn search(&self, k: usize, before: Option<f64>, out: &mut Peaks) -> Option<f64> {
         let piece = Piece::of(&self.posts[k], &self.posts[k + 1]);
         if piece.below(out.r + out.margin) {

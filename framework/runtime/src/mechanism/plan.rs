@@ -16,7 +16,7 @@ use linkwork_dynamics::{
 };
 use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody};
 use linkwork_solvers::{
-    CompliantContact, CompliantSettings, ConstrainedSolver, ContactStepper, Projector, Rolling,
+    CompliantContact, CompliantLaws, ConstrainedSolver, ContactStepper, Projector, Rolling,
     SolverError, Treatment,
 };
 use linkwork_spatial::Vec3;
@@ -54,7 +54,7 @@ pub struct MechanismPlan {
     /// Contact, when the mechanism is stepped with it.
     pub contact: Option<ContactSpec>,
     /// Compliant contact.
-    pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
+    pub compliant: Option<(Arc<Colliders>, CompliantLaws)>,
     /// What moves by kinematics.
     pub(super) rolling: Option<RollingOn>,
     /// Lanes of compliant contact.
@@ -294,8 +294,8 @@ impl MechanismPlan {
     }
 
     pub(super) fn compliant_contact(&self) -> Option<CompliantContact> {
-        let (colliders, settings) = self.compliant.as_ref()?;
-        CompliantContact::new(colliders.clone(), *settings).ok()
+        let (colliders, laws) = self.compliant.as_ref()?;
+        CompliantContact::new(colliders.clone(), laws.clone()).ok()
     }
 
     /// Everything that makes it move as it does: structure and masses to the last bit, treatments,
@@ -320,8 +320,8 @@ impl MechanismPlan {
         if let Some(contact) = &self.contact {
             text += &format!("{:?} {}", contact.settings, shapes(&contact.colliders));
         }
-        if let Some((colliders, settings)) = &self.compliant {
-            text += &format!("{settings:?} {}", shapes(colliders));
+        if let Some((colliders, laws)) = &self.compliant {
+            text += &format!("{laws:?} {}", shapes(colliders));
         }
         if let Some((rolling, _)) = &self.rolling {
             text += &format!("rolling {:?}", rolling.vehicles().collect::<Vec<_>>());
@@ -335,8 +335,8 @@ impl MechanismPlan {
     /// # Errors
     /// What is wrong; its place is that of the constraint with the greatest error, where one is to blame.
     fn start(&mut self) -> Result<(), Fault> {
-        if let Some((_, settings)) = &self.compliant
-            && let Err(e) = settings.check()
+        if let Some((_, laws)) = &self.compliant
+            && let Err(e) = laws.check()
         {
             return Err(Fault::of(Origin::NONE, &e));
         }

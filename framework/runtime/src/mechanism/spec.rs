@@ -11,7 +11,7 @@ use crate::value::{Fault, Origin};
 use linkwork_collision::{ColliderSpec, Colliders, Material, Shape, TERRAIN, Varies};
 use linkwork_dynamics::Tree;
 use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
-use linkwork_solvers::{CompliantSettings, ContactSettings, Rolling, Treatment, Vehicle};
+use linkwork_solvers::{CompliantLaws, ContactSettings, Rolling, Treatment, Vehicle};
 use linkwork_spatial::Pose;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ pub struct MechanismSpec {
     /// Non-smooth contact, when the mechanism is stepped with it.
     pub contact: Option<ContactSpec>,
     /// Compliant contact: smooth forces with bristles as states. Not together with `contact`.
-    pub compliant: Option<(Arc<Colliders>, CompliantSettings)>,
+    pub compliant: Option<(Arc<Colliders>, CompliantLaws)>,
     /// Machines that move by kinematics alone, when all of the mechanism does: contact and forces do nothing then.
     pub kinematic: Option<KinematicSpec>,
     /// Where it is written.
@@ -122,7 +122,8 @@ fn ground(terrain: &Arc<dyn Terrain>) -> Result<ColliderSpec, BuildError> {
     let heights = s.heights.iter().map(|h| f64::from(*h)).collect();
     let shape = Shape::HeightField { x: s.nx, y: s.ny, spacing: s.spacing, heights };
     let spec = ColliderSpec::new(TERRAIN, "world", shape).at(Pose::translation(x, y, 0.0));
-    Ok(ColliderSpec { groups: u32::MAX, varies: Some(varies), ..spec })
+    let material_name = Some(TERRAIN.to_string());
+    Ok(ColliderSpec { groups: u32::MAX, varies: Some(varies), material_name, ..spec })
 }
 
 impl Host for MechanismSpec {

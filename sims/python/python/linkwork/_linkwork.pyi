@@ -542,8 +542,14 @@ class Collider:
     def friction(self) -> float: ...
     @property
     def restitution(self) -> float: ...
+    @property
+    def material_name(self) -> str | None: ...
     def material(
-        self, *, friction: float | None = None, restitution: float | None = None
+        self,
+        *,
+        friction: float | None = None,
+        restitution: float | None = None,
+        name: str | None = None,
     ) -> Collider: ...
 
 @disjoint_base
@@ -819,6 +825,7 @@ class Contact:
         ignore: Sequence[Sequence[str]] | None = None,
         collide: Sequence[Sequence[str]] | None = None,
         neighbours: Literal["pass", "collide"] | None = None,
+        pairs: Mapping[tuple[str, str], Mapping[str, float]] | None = None,
         limits: Literal["stop", "ignore"] | None = None,
         margin: float | None = None,
         slop: float | None = None,

@@ -265,15 +265,29 @@ impl Collider {
     fn restitution(&self) -> f64 {
         self.spec.material.restitution
     }
-    /// The same shape with another friction and restitution; what is left out stays.
+    /// What it is made of, for `pairs` of `Contact`; None: nothing that has a name.
+    ///
+    /// >>> linkwork.Collider.half_space("ground").material(name="ice").material_name
+    /// 'ice'
+    #[getter]
+    fn material_name(&self) -> Option<&str> {
+        self.spec.material_name.as_deref()
+    }
+    /// The same shape with another friction and restitution, and what it is made of; what is left out stays.
     /// What cannot be is refused by `Contact`.
     ///
-    /// >>> ice = linkwork.Collider.half_space("ground", restitution=0.3).material(friction=0.05)
-    /// >>> ice.friction, ice.restitution
-    /// (0.05, 0.3)
-    #[pyo3(signature = (*, friction=None, restitution=None))]
-    fn material(&self, friction: Option<f64>, restitution: Option<f64>) -> Self {
+    /// >>> ice = linkwork.Collider.half_space("ground", restitution=0.3).material(friction=0.05, name="ice")
+    /// >>> ice.friction, ice.restitution, ice.material_name
+    /// (0.05, 0.3, 'ice')
+    #[pyo3(signature = (*, friction=None, restitution=None, name=None))]
+    fn material(
+        &self,
+        friction: Option<f64>,
+        restitution: Option<f64>,
+        name: Option<String>,
+    ) -> Self {
         let mut spec = self.spec.clone();
+        spec.material_name = name.or(spec.material_name);
         let own = spec.material;
         spec.material = Material {
             friction: friction.unwrap_or(own.friction),
