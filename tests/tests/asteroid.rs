@@ -62,8 +62,8 @@ fn a_spacecraft_touches_a_small_body_and_backs_away() {
     near(told[2].1, 1104.65, 0.5);
     near(last - first, 7.9, 0.3);
     near(force, 37.8, 1.0);
-    // 2.76 to 2.92 for accuracies from 1e-8 to 1e-11: whether a jet is open for one more second hangs on last digits.
-    near(used, 2.84, 0.12);
+    // 2.83 to 2.96 for accuracies from 1e-8 to 1e-11: whether a jet is open for one more second hangs on last digits.
+    near(used, 2.9, 0.12);
     near(over.0.z, 115.0, 0.3);
     near(pointing, 0.116, 0.03);
 }

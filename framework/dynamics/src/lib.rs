@@ -64,6 +64,7 @@ mod lane;
 mod linear;
 mod momentum;
 pub mod operators;
+mod prediction;
 mod query;
 mod regressor;
 pub mod topology;
@@ -98,6 +99,7 @@ pub use momentum::{
     subtree_inertia,
 };
 pub use operators::{Operator, OperatorError, Operators};
+pub use prediction::{Drive, Known, Prediction};
 pub use regressor::{PARAMETERS, inertial_parameters, regressor};
 pub use topology::{Edit, Edited, Placement, TopologyError};
 pub use tree::Tree;

@@ -26,6 +26,9 @@ fn nothing_is_allocated_after_set_up() {
     let mut compliance = Compliance::new(&tree, &[n, mbs.node("n11").unwrap()]);
     let mut L = vec![0.0; compliance.size() * compliance.size()];
     let mut d = Derivatives::new(&tree);
+    let (mut prediction, mut P) = (Prediction::new(&tree), vec![0.0; 4 * nv * nv]);
+    let (density, given) = (vec![1.0; nv], vec![0.0; nv]);
+    let (mut known_q, mut known_v) = (q.clone(), v.clone());
 
     let counted = allocation_counter::measure(|| {
         poses(&tree, &mut ws, &q);
@@ -57,6 +60,11 @@ fn nothing_is_allocated_after_set_up() {
         compliance.compute(&tree, &mut ws, &mut L).unwrap();
         regressor(&tree, &ws, &mut Y);
         d.inverse_dynamics(&tree, &mut ws, &v, &vdot, &mut Dq, &mut Dv);
+        let state = Known { q: &mut known_q, v: &mut known_v, covariance: &mut P };
+        let gravity = Vec3::new(0.0, 0.0, -9.81);
+        let drive = Drive { tau: &given, vdot: &given, density: &density, gravity, step: 1e-3 };
+        prediction.step(&tree, &mut ws, state, drive).unwrap();
+        kinematics(&tree, &mut ws, &q, &v);
         let out = ForwardDerivatives { dvdot_dq: &mut Dq, dvdot_dv: &mut Dv, dvdot_dtau: &mut X };
         d.forward_dynamics(&tree, &mut ws, &v, &mut tau, &mut vdot, out).unwrap();
         mbs.qdot(&q, &v, &mut moved);

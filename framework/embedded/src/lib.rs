@@ -78,6 +78,7 @@ pub use linkwork_collision::{
     Visibility,
 };
 pub use linkwork_dynamics as dynamics;
+pub use linkwork_dynamics::Known;
 pub use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Residual, Towards};
 pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
@@ -89,7 +90,7 @@ pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{
     Aim, Answer, Balance, Balanced, Best, Effort, Friction, Goal, Grasp, Gripped, Guards,
     HandWeights, Hold, Impedance, MotionLimits, MotionState, MoveSqueeze, Outcome, Path,
-    PathProgress, Planner, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace, Timed,
-    Timing, Touch, Transfer, Transferred, Way, WholeBody, Wish,
+    PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace,
+    Timed, Timing, Touch, Transfer, Transferred, Way, WholeBody, Wish,
 };
 pub use support::{support_margin, support_polygon};

@@ -30,7 +30,13 @@ fn no_call_allocates_after_set_up() {
     let form = model.closed_form(left, None).unwrap();
     let mut all = vec![0.0; ClosedForm::MOST * model.nq()];
     let (start, far, near) = (model.multibody().neutral_q(), 9.0, 0.5);
+    let (mut predictor, density) = (Predictor::new(&robot), vec![0.1; nv]);
+    let (mut ahead, mut rates, mut P) = (q.clone(), v.clone(), vec![0.0; 4 * nv * nv]);
     let counted = allocation_counter::measure(|| {
+        let state = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
+        robot.predict(&mut predictor, state, &v, &[], 1e-3).unwrap_err();
+        let state = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
+        robot.predict(&mut predictor, state, &v, &density, 1e-3).unwrap();
         robot.set_q(&q).unwrap();
         robot.clamp(&mut clamped).unwrap();
         black_box(robot.tip_pose(left).unwrap());

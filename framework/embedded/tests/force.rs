@@ -467,3 +467,44 @@ fn hands_refuse_what_cannot_be() {
     let other = dual(vec![]).unwrap();
     assert_eq!(Robot::new(&other).object_pose(beam), Err(RobotError::ForeignHandle));
 }
+
+#[test]
+fn a_prediction_knows_what_is_held_and_leaves_the_robot_where_it_is() {
+    let beam = object("beam", 6.0, Vec3::new(0.0, 0.1, 0.2), Mat3::identity() * 0.05);
+    let Some(model) = dual(vec![beam]) else { return };
+    let (left, beam) = (model.part("left").unwrap(), model.object("beam").unwrap());
+    let mut robot = Robot::new(&model);
+    let (nv, q) = (model.nv(), model.multibody().random_q(3));
+    robot.set_q(&q).unwrap();
+    let mut predictor = Predictor::new(&robot);
+    let (tau, density) = (model.multibody().random_v(8), vec![0.5; nv]);
+    let mut go = |robot: &mut Robot, step: f64| {
+        let (mut at, mut v) = (q.clone(), model.multibody().random_v(4));
+        let mut P = vec![0.0; 4 * nv * nv];
+        (0..2 * nv).for_each(|i| P[i * 2 * nv + i] = 1e-6);
+        let state = Known { q: &mut at, v: &mut v, covariance: &mut P };
+        robot.predict(&mut predictor, state, &tau, &density, step).unwrap();
+        (at, v, P)
+    };
+    let empty = go(&mut robot, 1e-3);
+    robot.grasp(left, beam, Grasp::Here).unwrap();
+    let held = go(&mut robot, 1e-3);
+    assert_eq!(robot.q(), q);
+    assert!(difference(&empty.1, &held.1) > 1e-4, "what is held weighs something");
+    // Forces of the mean acceleration bring it there: inverse dynamics knows the same load.
+    let (start, mut forces) = (model.multibody().random_v(4), vec![0.0; nv]);
+    let a: Vec<f64> = held.1.iter().zip(&start).map(|(b, a)| (b - a) / 1e-3).collect();
+    robot.feed_forward(&start, &a, &[], &mut forces).unwrap();
+    assert!(relative(&forces, &tau) < 0.05, "{}", relative(&forces, &tau));
+    robot.ungrasp(beam).unwrap();
+    assert_eq!(go(&mut robot, 1e-3), empty);
+    // Mistakes change nothing.
+    let (mut at, mut v, mut P) = (q.clone(), vec![0.0; nv], vec![0.0; 4 * nv * nv]);
+    let bad = vec![-1.0; nv];
+    for (density, step) in [(&bad, 1e-3), (&density, -1.0), (&density, f64::NAN)] {
+        let state = Known { q: &mut at, v: &mut v, covariance: &mut P };
+        let told = robot.predict(&mut predictor, state, &tau, density, step).unwrap_err();
+        assert!(matches!(told, RobotError::OutOfRange { .. }), "{told}");
+    }
+    assert!(at == q && v.iter().chain(&P).all(|x| *x == 0.0));
+}

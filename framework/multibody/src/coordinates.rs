@@ -8,7 +8,7 @@
 //! Modal coordinates of flexible bodies add, like angles and displacements.
 
 use crate::{BodyId, Coordinate, Multibody, SubhingeKind, SubhingeRange};
-use linkwork_spatial::nalgebra::Quaternion;
+use linkwork_spatial::nalgebra::{Matrix6, Quaternion};
 use linkwork_spatial::{Quat, Vec3, skew};
 
 impl Multibody {
@@ -105,6 +105,47 @@ impl Multibody {
         }
         for (at, v) in self.modal() {
             out[at] = q[at] + dv[v];
+        }
+    }
+
+    /// Derivatives of [`integrate`](Self::integrate), along β (nv × nv each, row after row): from q moved by δ and by dv + ε the result is moved by
+    /// `by_q` δ + `by_dv` ε, to first order. The same at every q. Blocks of the subhinges:
+    /// ```text
+    /// by_q = Ad(exp(−d)) = Σ (−ad d)ᵏ/k!      by_dv = Σ (−ad d)ᵏ/(k + 1)!      ad [ω; v] = [ω~ 0; v~ ω~]
+    /// ```
+    pub fn integrate_derivatives(&self, dv: &[f64], by_q: &mut [f64], by_dv: &mut [f64]) {
+        let n = self.nv();
+        self.check(dv.len(), n, "dv");
+        self.check(by_q.len(), n * n, "by_q");
+        self.check(by_dv.len(), n * n, "by_dv");
+        for out in [&mut *by_q, &mut *by_dv] {
+            out.fill(0.0);
+            (0..n).for_each(|i| out[i * n + i] = 1.0);
+        }
+        for (_, s) in self.subhinges() {
+            let d = &dv[s.v.clone()];
+            let (ad, size) = match s.subhinge.kind {
+                SubhingeKind::Ball => (adjoint(&vec3(d), &Vec3::zeros()), 3),
+                SubhingeKind::Free => (adjoint(&vec3(d), &vec3(&d[3..])), 6),
+                _ => continue,
+            };
+            // Terms fall as |d|ᵏ/k!, and |d| is a turn or a way of one step.
+            let (mut term, mut sums) = (Matrix6::identity(), [Matrix6::identity(); 2]);
+            for k in 1..=TERMS {
+                term = -ad * term / f64::from(k);
+                sums[0] += term;
+                sums[1] += term / f64::from(k + 1);
+                if term.amax() < 1e-18 {
+                    break;
+                }
+            }
+            for (out, sum) in [&mut *by_q, &mut *by_dv].into_iter().zip(sums) {
+                for i in 0..size {
+                    for j in 0..size {
+                        out[(s.v.start + i) * n + s.v.start + j] = sum[(i, j)];
+                    }
+                }
+            }
         }
     }
 
@@ -317,6 +358,18 @@ pub fn straight(w: &Vec3, d: &Vec3) -> Vec3 {
         0.0
     };
     d - w.cross(d) * 0.5 + w.cross(&w.cross(d)) * c
+}
+
+/// Terms of a series of exp at most: enough to rounding for arguments up to 10.
+const TERMS: u32 = 60;
+
+/// ad of [ω; v].
+fn adjoint(w: &Vec3, v: &Vec3) -> Matrix6<f64> {
+    let mut ad = Matrix6::zeros();
+    ad.fixed_view_mut::<3, 3>(0, 0).copy_from(&skew(w));
+    ad.fixed_view_mut::<3, 3>(3, 3).copy_from(&skew(w));
+    ad.fixed_view_mut::<3, 3>(3, 0).copy_from(&skew(v));
+    ad
 }
 
 /// V with exp([ω; v]) = (exp ω, V v):  1 + (1−cos θ)/θ² ω~ + (θ−sin θ)/θ³ ω~².

@@ -41,7 +41,7 @@ NAMES = {
     "Builder": {"build"},
     "Calibration": {"identifiable", "mechanism", "unphysical"},
     "Campaign": {"doc", "drawn", "draws", "execute", "figures", "identity", "name", "path", "run", "runs", "simulation"},
-    "Collider": {"body", "friction", "material", "name", "restitution"},
+    "Collider": {"body", "friction", "material", "material_name", "name", "restitution"},
     "Collisions": {"copy", "colliders", "hide", "show", "look_at", "looks_at", "clear_cells", "count"},
     "ConstrainedMotion": {"rank", "redundant", "rows"},
     "Constraint": {"bodies", "kind", "motions", "name", "rows"},

@@ -77,6 +77,8 @@ def robots():
         "Robot.grasp that is refused": lambda: refused(lambda: r.release("arm", "cup")),
         "Robot.feed_forward": lambda: r.feed_forward(V, V, pushes={"arm": [0, 0, 0, 0, 0, 1.0]}),
         "Robot.mass_matrix": r.mass_matrix,
+        "Robot.predict": lambda: r.predict(Q, V, V, 1e-3, np.eye(6), density=[0.1] * 3),
+        "Robot.predict that is refused": lambda: refused(lambda: r.predict(Q, V, V, -1.0, np.eye(6))),
         "Robot.is_valid": lambda: r.is_valid(Q),
         "Robot.path": lambda: r.path(Q, Q + 0.01),
         "Robot.copy": r.copy,

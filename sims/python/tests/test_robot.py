@@ -222,6 +222,9 @@ def test_ways_are_free_and_the_same_each_time():
         (lambda r: r.manipulability("arm", rows="some"), "rows"),
         (lambda r: r.manipulability("arm", length=0.0), "length"),
         (lambda r: r.feed_forward([0, 0], [0, 0], pushes={"amr": [0] * 6}), "arm"),
+        (lambda r: r.predict([0, 0], [0, 0], [0, 0], 0.1, np.eye(2)), "give (4, 4)"),
+        (lambda r: r.predict([0, 0], [0, 0], [0, 0], -0.1, np.eye(4)), "step"),
+        (lambda r: r.predict([0, 0], [0, 0], [0, 0], 0.1, np.eye(4), density=[-1.0, 0]), "density"),
         (lambda r: r.plan("arm", [0, 0], [0, 0], room=1), "room"),
         (lambda r: r.put("cup", [0, 0]), "shape"),
     ],
@@ -402,3 +405,28 @@ def test_gravity_is_that_of_the_mechanism():
     robot = lw.Robot(m, colliders=[], chains={"arm": ("world", "hand")})
     robot.q = [0.1, 0.2, 0.3]
     assert np.abs(robot.gravity_forces() - m.bias_forces([0.1, 0.2, 0.3], np.zeros(3))).max() < 1e-14
+
+
+def test_a_prediction_is_the_midpoint_step_and_spreads_as_its_slopes_say():
+    m = lw.Builder()
+    for link, parent in (("upper", "world"), ("lower", "upper")):
+        m = m.body(link, parent, lw.Hinge.pin([0, 1, 0]), mass=2, com=[0.2, 0, 0], inertia=0.02 * np.eye(3), hinge_in_parent=[0.4, 0, 0])
+    m = m.build()
+    robot = lw.Robot(m, chains={"arm": ("world", "lower")}, colliders=[])
+    q, v, tau, h = np.array([0.3, -0.5]), np.array([0.7, 0.2]), np.array([1.0, -0.4]), 0.02
+
+    def step(x):
+        q, v = x[:2], x[2:]
+        half = v + h / 2 * m.forward_dynamics(q, v, tau)
+        return np.concatenate([q + h * half, v + h * m.forward_dynamics(q + h / 2 * v, half, tau)])
+
+    x = np.concatenate([q, v])
+    slopes = np.column_stack([(step(x + e) - step(x - e)) / 2e-6 for e in 1e-6 * np.eye(4)])
+    P = np.diag([1e-4, 2e-4, 3e-3, 4e-3])
+    after = robot.predict(q, v, tau, h, P)
+    assert np.allclose(np.concatenate(after[:2]), step(x), atol=1e-13)
+    assert np.allclose(after[2], slopes @ P @ slopes.T, rtol=1e-6, atol=1e-12)
+    noisy = robot.predict(q, v, tau, h, P, density=[0.1, 0.2])[2] - after[2]
+    inverse = m.inverse_mass_matrix(q + h / 2 * v)
+    assert np.allclose(noisy[2:, 2:], h * inverse @ np.diag([0.1, 0.2]) @ inverse, rtol=1e-12)
+    assert (robot.q == 0).all()

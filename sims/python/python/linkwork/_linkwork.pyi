@@ -660,6 +660,16 @@ class Robot(Collisions):
     def set_object_q(self, object: str, q: ArrayLike) -> None: ...
     def object_body_pose(self, object: str, body: str) -> _Array: ...
     def gravity_forces(self) -> _Array: ...
+    def predict(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        tau: ArrayLike,
+        dt: float,
+        covariance: ArrayLike,
+        *,
+        density: ArrayLike | None = None,
+    ) -> tuple[_Array, _Array, _Array]: ...
     def feed_forward(
         self, v: ArrayLike, a: ArrayLike, pushes: Mapping[str, ArrayLike] | None = None
     ) -> _Array: ...

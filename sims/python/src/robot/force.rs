@@ -6,7 +6,9 @@ use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::choice;
 use crate::values::pairs;
-use linkwork_embedded::{Balance, Friction, HandWeights, Object, Push, TaskSpace};
+use linkwork_embedded::{
+    Balance, Friction, HandWeights, Known, Object, Predictor, Push, TaskSpace,
+};
 use linkwork_spatial::Force;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -87,6 +89,46 @@ impl Robot {
         let mut tau = vec![0.0; nv];
         own.ask(|r| r.feed_forward(v.slice(), a.slice(), &list, &mut tau))?;
         checked1(slf.py(), tau)
+    }
+
+    /// Where the state q (nq,), v (nv,) goes in dt seconds under the forces tau (nv,), N m and N, with what is held, and how well that is known: (q, v, covariance).
+    /// covariance (2 nv, 2 nv) is that of the errors [δq; δv], δq along v, in rad, m and per second; density (nv,): spectral densities of white noise of the
+    /// forces, (N m)² s and N² s, else none. By the midpoint rule, of second order in dt, and its exact derivative. The robot's own q is not asked and
+    /// does not move. Raises LinkworkError for lengths, NaN, a negative dt or density, and a joint that carries nothing.
+    ///
+    /// >>> q, v, P = robot.predict([0.1, 0.2, 0.3], [0, 0, 0], robot.gravity_forces(), 0.01, 1e-6 * np.eye(6), density=[1e-3] * 3)
+    /// >>> P.shape, bool(P[0, 0] > 1e-6)
+    /// ((6, 6), True)
+    #[pyo3(signature = (q, v, tau, dt, covariance, *, density=None))]
+    fn predict<'py>(
+        slf: &Bound<'py, Self>,
+        q: Given<'_, 'py>,
+        v: Given<'_, 'py>,
+        tau: Given<'_, 'py>,
+        dt: f64,
+        covariance: Given<'_, 'py>,
+        density: Option<Given<'_, 'py>>,
+    ) -> PyResult<(Array1<'py>, Array1<'py>, Array2<'py>)> {
+        let own = base(slf);
+        let (nq, nv) = (own.model.nq(), own.model.nv());
+        let (mut q, mut v) =
+            (vector(q, nq, "q")?.slice().to_vec(), vector(v, nv, "v")?.slice().to_vec());
+        let tau = vector(tau, nv, "tau")?;
+        let given = Input::read(covariance, "covariance")?;
+        if given.shape() != [2 * nv, 2 * nv] {
+            let fact = format!("`covariance` has the shape {:?}", given.shape());
+            return Err(refuse_with(fact, format!("give ({0}, {0})", 2 * nv)));
+        }
+        let mut P = given.slice().to_vec();
+        let none = vec![0.0; nv];
+        let density = density.map(|d| vector(d, nv, "density")).transpose()?;
+        let density = density.as_ref().map_or(&none[..], |d| d.slice());
+        own.ask(|r| {
+            let state = Known { q: &mut q, v: &mut v, covariance: &mut P };
+            r.predict(&mut Predictor::new(r), state, tau.slice(), density, dt)
+        })?;
+        let py = slf.py();
+        Ok((checked1(py, q)?, checked1(py, v)?, out2(py, P, 2 * nv, 2 * nv)?))
     }
 
     /// Shares the load of an object between its two hands: forces (nv,) for the same motion as tau (nv,), N m and N, of least Σ τ² (by="equal") or Σ (τ/limit)²
