@@ -143,7 +143,7 @@ fn a_turn_may_be_of_any_size() {
 /// A mass on a rail.
 fn cart() -> Multibody {
     let mut b = Builder::new();
-    let body = MassProperties::new(2.5, Vec3::zeros(), Mat3::identity() * 0.1).unwrap();
+    let body = MassProperties::new(2.5, Vec3::zeros(), Mat3::identity() * 0.1);
     b.body(BodySpec::new("cart", "world").hinge(Hinge::slider(Vec3::x())).mass(body));
     b.build().unwrap()
 }
