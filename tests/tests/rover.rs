@@ -369,30 +369,55 @@ fn axle_loads_are_those_of_statics() {
     }
 }
 
+/// Shares of front, middle and rear axle of a rover of light links that is about to slide on a slope (deg): tractions are then in proportion to loads. And the traction over the load that is asked.
+fn shares_about_to_slide(angle: f64) -> [f64; 3] {
+    // A little less friction than holds it: each wheel slides, slowly.
+    let friction = 0.998 * angle.to_radians().tan().abs();
+    let set = [
+        format!("Rover.Hardware.Wheels.Wheel*.SurfaceContact.friction={friction}"),
+        // Tractions reach the ground undiminished.
+        "Rover.Hardware.Wheels.Wheel*.Motor.brake=2000".to_string(),
+    ];
+    let light = r#""chassis_mass": 899, "mast_mass": 0.01, "rocker_mass": 1, "bogie_mass": 1, "yoke_mass": 0.5, "wheel_mass": 3,"#;
+    let mut sim = made(angle, false, light, &set.each_ref().map(|s| s.as_str()));
+    run(&mut sim, 3);
+    let found = axles(&sim, angle);
+    let total: f64 = found.iter().map(|l| l[0]).sum();
+    println!("{angle}°: N and T of front, middle, rear {found:.1?}");
+    for [n, t] in found {
+        assert!(((t / n).abs() / friction - 1.0).abs() < 0.02, "not sliding: {found:?}");
+    }
+    found.map(|l| l[0] / total)
+}
+
+#[test]
+fn on_slopes_its_axle_loads_are_those_of_the_table() {
+    for (slope, want) in [
+        (10.0, [0.2936, 0.3278, 0.3634]),
+        (20.0, [0.2521, 0.2487, 0.4389]),
+        (30.0, [0.2067, 0.1541, 0.5052]),
+        (-10.0, [0.3616, 0.4274, 0.1958]),
+        (-20.0, [0.3881, 0.4404, 0.1112]),
+        (-30.0, [0.4121, 0.4205, 0.0334]),
+    ] {
+        // The table's loads are in weights; their sum is the cosine of the slope.
+        let cos = f64::to_radians(slope).cos();
+        let shares = shares_about_to_slide(slope);
+        println!("{slope}°: {shares:.4?}, in the table {:.4?}", want.map(|w| w / cos));
+        // Links of a few per cent of the mass, at their own heights.
+        assert!(
+            shares.iter().zip(want).all(|(s, w)| (s - w / cos).abs() < 0.01),
+            "{slope}: {shares:?}"
+        );
+    }
+}
+
 #[test]
 fn bogie_wheels_lift_at_the_slopes_of_the_reference() {
-    // With tractions in proportion to loads, as where all wheels are about to slide, the bogie's hinge is above the line of the other
-    // wheel's force at tan α = (x_b − x_r)/h_b = 44.0 deg uphill (middle wheel) and (x_m − x_b)/h_b = 35.0 deg downhill (rear wheel).
+    // With tractions in proportion to loads the bogie's hinge is above the line of the other wheel's force at tan α = (x_b − x_r)/h_b = 44.0 deg
+    // uphill (middle wheel) and (x_m − x_b)/h_b = 35.0 deg downhill (rear wheel).
     for (sign, lifts, k, near) in [(1.0, 44.0, 1, [41.0, 42.5]), (-1.0, 35.0, 2, [32.0, 33.5])] {
-        let shares = near.map(|angle: f64| {
-            // A little less friction than holds it: each wheel slides, slowly.
-            let friction = 0.998 * angle.to_radians().tan();
-            let set = [
-                format!("Rover.Hardware.Wheels.Wheel*.SurfaceContact.friction={friction}"),
-                // Tractions reach the ground undiminished.
-                "Rover.Hardware.Wheels.Wheel*.Motor.brake=2000".to_string(),
-            ];
-            let light = r#""chassis_mass": 899, "mast_mass": 0.01, "rocker_mass": 1, "bogie_mass": 1, "yoke_mass": 0.5, "wheel_mass": 3,"#;
-            let mut sim = made(sign * angle, false, light, &set.each_ref().map(|s| s.as_str()));
-            run(&mut sim, 3);
-            let found = axles(&sim, sign * angle);
-            let total: f64 = found.iter().map(|l| l[0]).sum();
-            println!("{}°: N and T of front, middle, rear {found:.1?}", sign * angle);
-            for [n, t] in found {
-                assert!(((t / n).abs() / friction - 1.0).abs() < 0.02, "not sliding: {found:?}");
-            }
-            found[k][0] / total
-        });
+        let shares = near.map(|angle: f64| shares_about_to_slide(sign * angle)[k]);
         let zero = near[0] + shares[0] / (shares[0] - shares[1]) * (near[1] - near[0]);
         println!("shares {shares:.4?} at {near:?}°: none at {zero:.2}°, {lifts}° asked");
         assert!(shares[1] > 0.0 && (zero - lifts).abs() < 1.0, "{shares:?}: {zero}");

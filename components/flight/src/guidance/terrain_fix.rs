@@ -11,7 +11,7 @@
 //! 3 a rival: another place, more than `apart` steps from the best, whose cost is less than `gate`² above it; 4 the best does not fit:
 //! J/(n − 3) over `misfit_max`; 5 the best is at the edge of the search, so that the truth may lie outside.
 //! σ is that of a height: of the lidar, of the map, and of what the attitude's error makes over the range. W is a site (z up) or flat ground. A beam
-//! that meets what the map does not have counts as misfit. Sampled; cost: 2 (2 steps + 1)² heights of the map for each echo.
+//! that meets what the map does not have counts as misfit. Sampled; cost: (2 steps + 1)² heights of the map for each echo, those of 2 apart + 1 rows twice.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::nalgebra::{Matrix2, Vector2};
@@ -136,6 +136,9 @@ pub struct TerrainFix {
     beams: Vec<Vec3>,
 }
 
+/// Rows of the largest lattice: `steps` is 500 at most.
+const ROWS_MAX: usize = 1001;
+
 /// Steps of Gauss and Newton at most, and where they end (m).
 const STEPS: usize = 12;
 const STILL: f64 = 1e-9;
@@ -164,26 +167,41 @@ impl TerrainFix {
         (cost, mean + first, n)
     }
 
-    /// Cost of each node of the lattice; infinite where less than half of the places are on the map.
-    fn lattice<'a>(&'a self, seen: &'a Seen<'_>) -> impl Iterator<Item = ([i32; 2], f64)> + 'a {
-        let half = self.p.steps as i32;
-        let all = seen.count();
-        (-half..=half).flat_map(move |i| (-half..=half).map(move |j| [i, j])).map(move |node| {
-            let (cost, _, n) = self.cost(seen, node.map(|k| f64::from(k) * self.p.step));
-            (node, if 2 * n < all { f64::INFINITY } else { cost })
-        })
+    /// Cost of a node of the lattice; infinite where less than half of the places are on the map.
+    fn node_cost(&self, seen: &Seen<'_>, all: usize, node: [i32; 2]) -> f64 {
+        let (cost, _, n) = self.cost(seen, node.map(|k| f64::from(k) * self.p.step));
+        if 2 * n < all { f64::INFINITY } else { cost }
     }
 
     /// The best node of the lattice and its rival; none where the map is nowhere under half of the places.
+    /// Each row of the lattice leaves its least cost, so that only rows that pass near the best are looked at again.
     fn search(&self, seen: &Seen<'_>) -> Option<Search> {
-        let (best, cost) = self.lattice(seen).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (half, apart, all) = (self.p.steps as i32, self.p.apart as i32, seen.count());
+        let mut least = [f64::INFINITY; ROWS_MAX];
+        let (mut best, mut cost) = ([0; 2], f64::INFINITY);
+        for (i, row) in (-half..=half).zip(&mut least) {
+            for j in -half..=half {
+                let now = self.node_cost(seen, all, [i, j]);
+                *row = row.min(now);
+                if now < cost {
+                    (best, cost) = ([i, j], now);
+                }
+            }
+        }
         if !cost.is_finite() {
             return None;
         }
-        let apart = self.p.apart as i32;
-        let far = |c: &[i32; 2]| (c[0] - best[0]).abs().max((c[1] - best[1]).abs()) > apart;
-        let rivals = self.lattice(seen).filter(|(node, _)| far(node)).map(|(_, cost)| cost);
-        Some(Search { best, cost, rival: rivals.fold(f64::INFINITY, f64::min) })
+        let mut rival = f64::INFINITY;
+        for (i, row) in (-half..=half).zip(&least) {
+            if (i - best[0]).abs() > apart {
+                rival = rival.min(*row);
+                continue;
+            }
+            for j in (-half..=half).filter(|j| (j - best[1]).abs() > apart) {
+                rival = rival.min(self.node_cost(seen, all, [i, j]));
+            }
+        }
+        Some(Search { best, cost, rival })
     }
 
     /// Σ g gᵀ/σ², Σ g (e − ē)/σ² at a shift, with slopes less their means; the mean slope; how many places.

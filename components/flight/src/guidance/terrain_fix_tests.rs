@@ -3,6 +3,7 @@ use super::*;
 use crate::guidance::test_soil::firm;
 use linkwork_spatial::Quat;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Waves that repeat nowhere within the search, or that do.
 #[derive(Clone, Copy)]
@@ -197,4 +198,58 @@ fn a_search_that_costs_too_much_or_has_no_rivals_is_refused() {
     };
     assert!(refused(500, 3).contains("heights a sample"));
     assert!(refused(3, 3).contains("no place for a rival"));
+}
+
+/// A map that counts how often it is asked.
+struct Counted(Field, AtomicUsize);
+
+impl Terrain for Counted {
+    fn ground(&self, x: f64, y: f64) -> Option<Ground> {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        self.0.ground(x, y)
+    }
+    fn bounds(&self) -> [f64; 4] {
+        self.0.bounds()
+    }
+    fn soil(&self, x: f64, y: f64) -> &Soil {
+        self.0.soil(x, y)
+    }
+    fn surface(&self) -> Surface {
+        self.0.surface()
+    }
+}
+
+/// Best and rival are those of a list of all nodes, wherever the best is; the map is asked once for each node and echo,
+/// and once more in the rows beside the best.
+#[test]
+fn the_search_finds_best_and_rival_of_all_nodes_and_looks_once() {
+    let truth = lander();
+    for (apart, error) in [
+        (1, Vec3::new(2.3, -1.4, 0.5)),
+        (3, Vec3::new(-14.6, 7.2, 0.0)),
+        (4, Vec3::new(14.9, -14.9, 1.0)),
+        (14, Vec3::new(-3.0, 9.0, 0.0)),
+    ] {
+        let map = Arc::new(Counted(field(Shape::Rows), AtomicUsize::new(0)));
+        let p = fix(Shape::Rows, 0.1).p;
+        let map_of_it = Handle::new("map", Arc::clone(&map) as Arc<dyn Terrain>);
+        let m = TerrainFix::build(TerrainFixParams { apart, map: map_of_it, ..p }).unwrap();
+        let seen = ranges(&m, Shape::Rows, &truth, 0.02, 7);
+        let estimate = NodeState { position: truth.position + error, ..truth };
+        let seen = Seen { beams: &m.beams, ranges: &seen, estimate: &estimate };
+        let all: Vec<([i32; 2], f64)> = (-15..=15)
+            .flat_map(|i| (-15..=15).map(move |j| [i, j]))
+            .map(|node| (node, m.node_cost(&seen, 128, node)))
+            .collect();
+        let (best, cost) = *all.iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        let far = |n: &[i32; 2]| (0..2).any(|k| (n[k] - best[k]).abs() > apart as i32);
+        let others = all.iter().filter(|(n, _)| far(n)).map(|(_, cost)| *cost);
+        let rival = others.fold(f64::INFINITY, f64::min);
+        map.1.store(0, Ordering::Relaxed);
+        let found = m.search(&seen).unwrap();
+        assert_eq!((found.best, found.cost, found.rival), (best, cost, rival), "{apart} {error}");
+        let rows = 31 + (2 * apart as usize + 1).min(31);
+        let asked = map.1.load(Ordering::Relaxed);
+        assert!((31 * 31 * 128..=rows * 31 * 128).contains(&asked), "{apart} {error}: {asked}");
+    }
 }
