@@ -91,7 +91,7 @@ impl Discs {
             && self.on_ground(ground, &X_disc, ask, room)
         {
             if which == Rolls::First {
-                room.points.iter_mut().for_each(|p| *p = swapped(p, X_AB));
+                room.points.iter_mut().for_each(|p| *p = p.swapped(X_AB));
             }
             return;
         }
@@ -114,7 +114,7 @@ impl Discs {
                     p.pb -= p.n * thick[1];
                     p.gap -= thick[0] + thick[1];
                     return room.points.push(if which == Rolls::First {
-                        swapped(&p, X_AB)
+                        p.swapped(X_AB)
                     } else {
                         p
                     });
@@ -180,16 +180,6 @@ impl Discs {
             }
         }
         points.truncate(kept);
-    }
-}
-
-/// A point in the frame of the second, told in that of the first, with the roles of both exchanged; `X_AB` is that of the second in the first.
-fn swapped(p: &Point, X_AB: &Pose) -> Point {
-    Point {
-        pa: X_AB.transform_point(&p.pb),
-        pb: X_AB.transform_point(&p.pa),
-        n: -X_AB.transform_vector(&p.n),
-        ..*p
     }
 }
 

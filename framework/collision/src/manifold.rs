@@ -15,7 +15,7 @@ use crate::core::{Core, Corner, Placed, Poly, edge_name, mix};
 use crate::edges::deepest;
 use crate::polish::polish;
 use crate::surface::Facet;
-use linkwork_multibody::spatial::Vec3;
+use linkwork_multibody::spatial::{Pose, Vec3};
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::VoronoiSimplex;
 
@@ -39,6 +39,18 @@ pub(crate) struct Point {
     pub gap: f64,
     /// Name.
     pub name: u64,
+}
+
+impl Point {
+    /// A point in the frame of the second, told in that of the first, with the roles of both exchanged; `X_AB` is that of the second in the first.
+    pub(crate) fn swapped(&self, X_AB: &Pose) -> Self {
+        Self {
+            pa: X_AB.transform_point(&self.pb),
+            pb: X_AB.transform_point(&self.pa),
+            n: -X_AB.transform_vector(&self.n),
+            ..*self
+        }
+    }
 }
 
 /// Memory for one pair at a time.

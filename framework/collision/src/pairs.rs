@@ -47,10 +47,7 @@ pub(crate) fn pair(a: &Solid, b: &Solid, X_AB: &Pose, ask: &Ask, room: &mut Room
         // The simpler kind of the two is A in what follows.
         let X_BA = X_AB.inverse();
         cores(b, a, &X_BA, limit, ask, room);
-        for p in &mut room.points {
-            (p.pa, p.pb) = (X_AB.transform_point(&p.pb), X_AB.transform_point(&p.pa));
-            p.n = -X_AB.transform_vector(&p.n);
-        }
+        room.points.iter_mut().for_each(|p| *p = p.swapped(X_AB));
     } else {
         cores(a, b, X_AB, limit, ask, room);
     }

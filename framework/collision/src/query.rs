@@ -5,7 +5,7 @@ use crate::core::mix;
 use crate::discs::Rolls;
 use crate::manifold::{Point, Room, least};
 use crate::pairs::{Ask, Want, pair};
-use crate::shape::{ColliderSpec, Detail, Visibility};
+use crate::shape::{ColliderSpec, Detail, Material, Visibility};
 use crate::solid::Solid;
 use crate::thin::thin;
 use linkwork_multibody::BodyId;
@@ -288,11 +288,20 @@ impl Colliders {
         };
         let (sa, sb) = (self.spec(ca), self.spec(cb));
         let law = self.law(ca, cb).map(|k| &self.rules().laws[k]);
-        out.extend(points.iter().map(|p| {
-            let point = R * ((p.pa + p.pb) / 2.0) + at;
-            let (ma, mb) = (of(a, sa, &point), of(b, sb, &point));
+        let pair = |ma: Material, mb: Material| {
             let mean = || (ma.friction * mb.friction).sqrt();
             let larger = || ma.restitution.max(mb.restitution);
+            (
+                law.and_then(|l| l.friction).unwrap_or_else(mean),
+                law.and_then(|l| l.restitution).unwrap_or_else(larger),
+            )
+        };
+        let same = sa.varies.is_none() && sb.varies.is_none();
+        let everywhere = same.then(|| pair(sa.material, sb.material));
+        out.extend(points.iter().map(|p| {
+            let point = R * ((p.pa + p.pb) / 2.0) + at;
+            let (friction, restitution) =
+                everywhere.unwrap_or_else(|| pair(of(a, sa, &point), of(b, sb, &point)));
             ContactPoint {
                 a: ca,
                 b: cb,
@@ -302,8 +311,8 @@ impl Colliders {
                 normal: R * p.n,
                 gap: p.gap,
                 feature: p.name,
-                friction: law.and_then(|l| l.friction).unwrap_or_else(mean),
-                restitution: law.and_then(|l| l.restitution).unwrap_or_else(larger),
+                friction,
+                restitution,
             }
         }));
     }
