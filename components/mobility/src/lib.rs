@@ -2,7 +2,7 @@
 //!
 //! The physics (stresses, contacts, geometry) are plain functions of plain data; `wheel_rigid` and
 //! `wheel_soil` make them models; `wheel_scm` and `foot` press ground that deforms node by node (`scm`);
-//! `wheel_rolling` is for machines that move by kinematics.
+//! `wheel_rolling` is for machines that move by kinematics, `quasi_static` for those whose forces balance at each instant.
 //! A program takes it by its catalogue, and a file names its models (`model: "mobility.wheel_soil"`):
 //! ```
 //! let catalogue = linkwork_runtime::Catalogue::new([linkwork_mobility::catalogue()]);
@@ -13,6 +13,7 @@ mod changed;
 pub mod foot;
 pub mod multipass;
 pub mod quadrature;
+pub mod quasi_static;
 pub mod rigid_contact;
 pub mod ruts;
 pub mod scm;
@@ -34,6 +35,8 @@ use linkwork_runtime::prelude::Entry;
 pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<foot::Foot>(),
+        Entry::model::<quasi_static::WheelRigidQuasiStatic>(),
+        Entry::model::<quasi_static::WheelSoilQuasiStatic>(),
         Entry::model::<wheel_rigid::WheelRigid>(),
         Entry::model::<wheel_rolling::WheelRolling>(),
         Entry::model::<wheel_scm::WheelScm>(),

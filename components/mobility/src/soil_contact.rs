@@ -199,8 +199,27 @@ impl SoilContact {
         })
     }
 
+    /// The stress model of the wheel on a soil.
+    pub(crate) fn stresses(&self, soil: &Soil) -> WheelSoil {
+        WheelSoil {
+            rim: Rim { radius: self.wheel.radius, width: self.wheel.width },
+            soil: *soil,
+            shear: self.shear,
+            sinkage: Sinkage::Bekker,
+            gravity: self.gravity,
+            approach: None,
+        }
+    }
+
     /// State of the ground that a wheel of the shape `m` comes to.
-    fn met(&self, past: &Past<'_>, first: f64, point: &Vec3, [ex, ey]: [Vec3; 2], m: f64) -> Rut {
+    pub(crate) fn met(
+        &self,
+        past: &Past<'_>,
+        first: f64,
+        point: &Vec3,
+        [ex, ey]: [Vec3; 2],
+        m: f64,
+    ) -> Rut {
         let (r, strip) = (self.wheel.radius, self.wheel.width / DISCS as f64);
         let fall = (r - first).max(0.0);
         let end = (r * r - fall * fall).sqrt() + past.grid.cell;
@@ -222,14 +241,7 @@ impl SoilContact {
         let lateral = -(state.xi_y + f.damping * f.slide[1]) / f.length;
         let beta = lateral.atan2((1.0 - s).abs().max(1e-6));
         let motion = Motion { slip: s, lateral, rolling: m.abs(), beta };
-        let model = WheelSoil {
-            rim: Rim { radius: self.wheel.radius, width: self.wheel.width },
-            soil: *soil,
-            shear: self.shear,
-            sinkage: Sinkage::Bekker,
-            gravity: self.gravity,
-            approach: None,
-        };
+        let model = self.stresses(soil);
         let loaded = model.forces_in(f.z, &motion, &f.rut);
         let unloaded = self.unloading_stiffness * (state.pressed - f.first).max(0.0);
         let damped = (1.0 + self.normal_damping * f.approach).max(0.0);

@@ -361,32 +361,39 @@ impl WheelSoil {
         sum * sin_beta
     }
 
-    /// The sinkage (m) that carries `load` (N): bracketed Newton on the monotone `F_z(z)`.
+    /// The sinkage (m) that carries `load` (N): bracketed secants on the monotone `F_z(z)`, in logarithms.
     /// `None` when the wheel cannot carry the load even when sunk to 1.5 radii.
     pub fn sinkage_under(&self, load: f64, motion: &Motion) -> Option<f64> {
+        self.sinkage_in(load, motion, &Rut::default())
+    }
+
+    /// The sinkage (m) below the bottom of a rut that carries `load` (N), likewise.
+    pub fn sinkage_in(&self, load: f64, motion: &Motion, rut: &Rut) -> Option<f64> {
         let (mut lo, mut hi) = (0.0, 1.5 * self.rim.radius);
-        if load.is_nan() || load <= 0.0 || self.forces(hi, motion).fz < load {
+        let carries = |z: f64| self.forces_in(z, motion, rut).fz;
+        let mut last = (hi, carries(hi));
+        if load.is_nan() || load <= 0.0 || last.1 < load {
             return if load == 0.0 { Some(0.0) } else { None };
         }
         let mut z = 0.1 * self.rim.radius;
         for _ in 0..80 {
-            let f = self.forces(z, motion).fz - load;
-            if f > 0.0 {
+            let now = (z, carries(z));
+            if now.1 > load {
                 hi = z
             } else {
                 lo = z
             }
-            if f.abs() <= 1e-13 * load {
+            if (now.1 - load).abs() <= 1e-13 * load {
                 break;
             }
-            let dz = 1e-6 * z;
-            let slope = (self.forces(z + dz, motion).fz - load - f) / dz;
-            let newton = z - f / slope;
-            let next = if newton > lo && newton < hi { newton } else { 0.5 * (lo + hi) };
+            // The load is nearly a power of the sinkage.
+            let power = (now.1 / last.1).ln() / (now.0 / last.0).ln();
+            let secant = z * ((load / now.1).ln() / power).exp();
+            let next = if secant > lo && secant < hi { secant } else { 0.5 * (lo + hi) };
             if (next - z).abs() <= 1e-15 * self.rim.radius {
                 break;
             }
-            z = next;
+            (last, z) = (now, next);
         }
         Some(z)
     }

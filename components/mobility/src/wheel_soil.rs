@@ -154,7 +154,12 @@ pub struct WheelSoilModel {
 }
 
 impl WheelSoilModel {
-    fn contact(&self, soil: &Soil, t: f64, hub: &Hub) -> SoilContact {
+    pub(crate) fn params(&self) -> &WheelSoilParams {
+        &self.p
+    }
+
+    /// The contact at a time (s) on a soil.
+    pub(crate) fn contact(&self, soil: &Soil, t: f64, hub: &Hub) -> SoilContact {
         let p = &self.p;
         let radius = p.radius + p.grouser_share * p.grouser_height;
         let k = [0.0, soil.shear_modulus];
@@ -184,7 +189,8 @@ impl WheelSoilModel {
         }
     }
 
-    fn soil(&self, hub: &Hub) -> &Soil {
+    /// The soil under a hub.
+    pub(crate) fn soil(&self, hub: &Hub) -> &Soil {
         self.p.terrain.soil(hub.position.x, hub.position.y)
     }
 }

@@ -59,7 +59,7 @@ pub use plan::{
 };
 pub use ports::{
     AddedMass, ContactLoad, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel,
-    NodeState, PortKind, PortSpec, Text, Wrench,
+    NodeState, PortKind, PortSpec, Text, Traction, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
@@ -90,7 +90,7 @@ pub mod prelude {
         Files, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model,
         NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock,
         Scenery, Service, SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun,
-        SunState, Surface, Terrain, View, Wrench,
+        SunState, Surface, Terrain, Traction, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

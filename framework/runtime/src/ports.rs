@@ -30,6 +30,8 @@ pub enum PortKind {
     AddedMass,
     /// Force of what a body touches, and where it acts.
     ContactLoad,
+    /// What the ground does to a wheel that slides over it slowly.
+    Traction,
     /// Angle and rate of a hinge coordinate.
     HingeState,
     /// Generalised force on a hinge coordinate.
@@ -201,6 +203,15 @@ impl PortSpec {
             PortKind::ContactLoad => {
                 let mut v = xyz(".force", "N").to_vec();
                 v.extend(xyz(".point", "m"));
+                v
+            }
+            PortKind::Traction => {
+                let mut v = xyz(".force", "N").to_vec();
+                v.extend(xyz(".moment", "N m"));
+                let names = ["ahead", "side"];
+                v.extend(names.map(|c| (format!(".resistance.{c}"), "N s/m")));
+                v.extend(names.map(|c| (format!(".limit.{c}"), "N")));
+                v.push((".sinkage".into(), "m"));
                 v
             }
             PortKind::AddedMass => {
@@ -467,6 +478,21 @@ composite!(
         force: Vec3 = 0,
         /// Where it acts, weighted by normal forces, W (m); the body's origin when nothing touches.
         point: Vec3 = 3
+    }
+);
+composite!(
+    /// What the ground does to a wheel of a quasi-static machine, about how it slides now. One model gives it for each wheel.
+    Traction, Traction, 11, {
+        /// Force on the wheel where its rim does not slide, less the normal force, W axes (N).
+        force: Vec3 = 0,
+        /// Moment beside that of the forces at its footing, W axes (N m).
+        moment: Vec3 = 3,
+        /// Force against sliding of its rim, ahead and to the side, along the ground (N s/m).
+        resistance: [f64; 2] = 6,
+        /// Greatest such force ahead and to the side, half axes of an ellipse (N).
+        limit: [f64; 2] = 8,
+        /// How deep it stands in the ground, along its normal (m).
+        sinkage: f64 = 10
     }
 );
 composite!(

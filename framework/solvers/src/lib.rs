@@ -33,6 +33,7 @@ pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use linkwork_dynamics::units::Treatment;
 pub use projection::{Closing, ProjectionError, Projector};
 pub use rolling::{
-    Footing, Rolling, RollingError, RollingGround, RollingReport, Vehicle, WheelLoad, footing,
+    Footing, Rolling, RollingError, RollingGround, RollingReport, Traction, Vehicle, WheelLoad,
+    footing,
 };
 pub use stepper::{ContactSettings, ContactStepper, Impulse, JointLimits, StepError, StepReport};

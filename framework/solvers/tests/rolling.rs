@@ -6,8 +6,8 @@ use linkwork_dynamics::multibody::{
     BodyId, BodySpec, Builder, Coupling, Hinge, HingeCoordinate, Multibody, Term,
 };
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
-use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics};
-use linkwork_solvers::{Rolling, RollingError, RollingReport, Vehicle};
+use linkwork_dynamics::{Tree, Workspace, body_jacobian, inverse_dynamics, kinematics, poses};
+use linkwork_solvers::{Rolling, RollingError, RollingReport, Traction, Vehicle, footing};
 
 const RADIUS: f64 = 0.25;
 const WHEELS: [&str; 6] = ["lf", "rf", "lm", "rm", "lr", "rr"];
@@ -82,6 +82,9 @@ struct Drive {
     q: Vec<f64>,
     v: Vec<f64>,
     report: RollingReport,
+    gravity: Vec3,
+    /// Of each wheel; none where it rolls.
+    tractions: Vec<Traction>,
 }
 
 fn vehicle(mb: &Multibody, wheels: &[&str], joints: &[&str]) -> Vehicle {
@@ -105,7 +108,8 @@ impl Drive {
         let mut q = vec![0.0; nq];
         mb.normalize(&mut q);
         let report = RollingReport::default();
-        Drive { mb, tree, ws, rolling, q, v: vec![0.0; nv], report }
+        let (v, tractions) = (vec![0.0; nv], Vec::new());
+        Drive { mb, tree, ws, rolling, q, v, report, gravity: GRAVITY, tractions }
     }
 
     /// A rover at a place and heading.
@@ -144,15 +148,28 @@ impl Drive {
         h: f64,
         ground: &mut impl FnMut(f64, f64) -> Option<(f64, Vec3)>,
     ) -> Result<(), RollingError> {
+        let (hold, zeros) = (self.hold(), vec![0.0; self.mb.nv()]);
+        let state = (&mut self.q[..], &mut self.v[..], &zeros[..]);
+        self.report = self.rolling.step(
+            &self.tree,
+            &mut self.ws,
+            ground,
+            h,
+            state,
+            (&hold, &Vec3::z()),
+            &self.tractions,
+        )?;
+        Ok(())
+    }
+
+    /// Generalised forces that hold it still.
+    fn hold(&mut self) -> Vec<f64> {
         let zeros = vec![0.0; self.mb.nv()];
         let mut hold = zeros.clone();
         self.ws.clear_forces();
-        self.ws.apply_uniform_gravity(GRAVITY);
+        self.ws.apply_uniform_gravity(self.gravity);
         inverse_dynamics(&self.tree, &mut self.ws, &self.q, &zeros, &zeros, &mut hold);
-        let state = (&mut self.q[..], &mut self.v[..], &zeros[..]);
-        self.report =
-            self.rolling.step(&self.tree, &mut self.ws, ground, h, state, (&hold, &Vec3::z()))?;
-        Ok(())
+        hold
     }
 
     fn load(&self, wheel: &str) -> f64 {
@@ -420,6 +437,139 @@ fn four_wheels_on_a_rigid_body_stand_on_those_that_touch() {
 }
 
 #[test]
+fn with_traction_all_forces_balance_on_hills() {
+    let mut d = Drive::rover([0.0, 0.0], 0.6);
+    let mut ground = |x: f64, y: f64| Some(hills(x, y));
+    on_a_circle(&mut d, 8.0, 0.2);
+    d.settle(&mut ground);
+    // Every wheel has a traction of its own, in every direction.
+    let traction = |k: usize| {
+        let k = k as f64;
+        let force = Vec3::new(20.0 - 9.0 * k, 5.0 * k - 12.0, 2.0);
+        let resistance = [2e4 + 7e3 * k, 5e4 - 6e3 * k];
+        let moment = Vec3::new(3.0 * k - 7.0, 40.0 - 9.0 * k, 5.0);
+        let limit = [1e3, 300.0];
+        Traction { force, moment, resistance, limit, sinkage: 0.01 + 0.003 * k }
+    };
+    d.tractions = (0..6).map(traction).collect();
+    for step in 0..300 {
+        let hold = d.hold();
+        poses(&d.tree, &mut d.ws, &d.q);
+        let jacobians: Vec<Vec<f64>> = WHEELS
+            .iter()
+            .map(|w| {
+                let mut j = vec![0.0; 6 * d.mb.nv()];
+                body_jacobian(&d.tree, &d.ws, d.mb.body(w).unwrap(), &mut j);
+                j
+            })
+            .collect();
+        let hubs: Vec<Vec3> = WHEELS
+            .iter()
+            .map(|w| d.ws.body_pose(&d.tree, d.mb.body(w).unwrap()).position)
+            .collect();
+        d.step(0.02, &mut ground).unwrap();
+        let (nv, coupling) = (d.mb.nv(), d.rolling.coupling_forces()[0]);
+        let joined = ["rocker_l", "rocker_r"].map(|b| d.lane(b));
+        let free = JOINTS.map(|b| d.lane(b));
+        for lane in (0..6).chain(free) {
+            let mut sum = if joined.contains(&lane) { coupling } else { 0.0 };
+            let wheels = jacobians.iter().zip(&hubs).zip(d.rolling.loads()).zip(&d.tractions);
+            for (((jacobian, hub), load), traction) in wheels {
+                let moment = (load.point - hub).cross(&load.force) + traction.moment;
+                for k in 0..3 {
+                    sum += jacobian[k * nv + lane] * moment[k];
+                    sum += jacobian[(3 + k) * nv + lane] * load.force[k];
+                }
+            }
+            // Of 3339 N.
+            assert!((sum - hold[lane]).abs() < 1e-6, "{step} lane {lane}: {sum} {}", hold[lane]);
+        }
+        // The first step takes it into the ground.
+        assert!(d.report.gap < 1e-8, "{}", d.report.gap);
+    }
+    // It stands as deep as its tractions say.
+    for (k, name) in WHEELS.iter().enumerate() {
+        let pose = d.pose(name);
+        let gap = footing(&mut ground, &pose, RADIUS).unwrap().gap;
+        assert!((gap + d.tractions[k].sinkage).abs() < 1e-8, "{name} {gap}");
+    }
+}
+
+#[test]
+fn up_a_slope_it_slips_by_what_its_weight_asks() {
+    let slope = 12_f64.to_radians();
+    let mut d = Drive::rover([-1.0, 0.5], 0.0);
+    let mut ground = plane(slope);
+    d.settle(&mut ground);
+    let resistance = [6e3, 9e3];
+    d.tractions = vec![Traction { resistance, limit: [1e9; 2], ..Traction::default() }; 6];
+    let from = d.pose("chassis").position;
+    for name in WHEELS {
+        let lane = d.lane(name);
+        d.v[lane] = 0.8;
+    }
+    for _ in 0..100 {
+        d.step(0.02, &mut ground).unwrap();
+    }
+    let way = (d.pose("chassis").position - from).norm();
+    let slip = 900.0 * 3.71 * slope.sin() / (6.0 * resistance[0]);
+    assert!((way - 2.0 * (0.2 - slip)).abs() < 5e-9, "{way} {slip}");
+    // Across the slope its weight takes it down sideways, and turns it, since its wheels do not stand about its centre of mass.
+    let mut d = Drive::rover([0.0, 0.0], std::f64::consts::FRAC_PI_2);
+    d.settle(&mut ground);
+    d.tractions = vec![Traction { resistance, limit: [1e9; 2], ..Traction::default() }; 6];
+    let from = d.pose("chassis").position;
+    d.step(0.02, &mut ground).unwrap();
+    let way = d.pose("chassis").position - from;
+    let [mut first, mut second] = [0.0; 2];
+    for [x, y] in PLACES {
+        first += resistance[1] * x;
+        second += resistance[1] * x * x + resistance[0] * y * y;
+    }
+    let pulls = 900.0 * 3.71 * slope.sin();
+    let slides = 0.02 * pulls / (6.0 * resistance[1] - first * first / second);
+    assert!((way.norm() - slides).abs() < 1e-9 && way.x < 0.0, "{way:?} {slides}");
+}
+
+#[test]
+fn alike_resistance_without_weight_is_the_least_sliding() {
+    let mut ends = [
+        Vec::new(),
+        vec![Traction { resistance: [3.0; 2], limit: [1e9; 2], ..Traction::default() }; 6],
+    ]
+    .map(|tractions| {
+        let mut d = Drive::rover([0.0, 0.0], 0.6);
+        let mut ground = |x: f64, y: f64| Some(hills(x, y));
+        on_a_circle(&mut d, 5.0, 0.2);
+        d.settle(&mut ground);
+        (d.gravity, d.tractions) = (Vec3::zeros(), tractions);
+        for _ in 0..50 {
+            d.step(0.02, &mut ground).unwrap();
+        }
+        d.q
+    })
+    .into_iter();
+    let (rolls, balances) = (ends.next().unwrap(), ends.next().unwrap());
+    for (a, b) in rolls.iter().zip(&balances) {
+        assert!((a - b).abs() < 1e-10, "{a} {b}");
+    }
+}
+
+#[test]
+fn what_the_ground_does_not_hold_is_refused() {
+    let mut d = Drive::rover([-1.0, 0.5], 0.0);
+    let mut ground = plane(20_f64.to_radians());
+    d.settle(&mut ground);
+    d.tractions =
+        vec![Traction { resistance: [1e6; 2], limit: [150.0; 2], ..Traction::default() }; 6];
+    let told = d.step(0.02, &mut ground).unwrap_err();
+    assert!(
+        matches!(&told, RollingError::Slides { root, speed } if root == "chassis" && *speed > 1.0)
+    );
+    assert!(told.to_string().contains("do not get from the ground what holds it"), "{told}");
+}
+
+#[test]
 fn nothing_is_allocated_by_a_step() {
     let mut d = Drive::rover([0.0, 0.0], 0.6);
     let mut ground = |x: f64, y: f64| Some(hills(x, y));
@@ -430,7 +580,9 @@ fn nothing_is_allocated_by_a_step() {
         for _ in 0..10 {
             let state = (&mut d.q[..], &mut d.v[..], &zeros[..]);
             let up = Vec3::z();
-            d.rolling.step(&d.tree, &mut d.ws, &mut ground, 0.02, state, (&hold, &up)).unwrap();
+            d.rolling
+                .step(&d.tree, &mut d.ws, &mut ground, 0.02, state, (&hold, &up), &d.tractions)
+                .unwrap();
         }
     });
     assert_eq!(count.count_total, 0);

@@ -105,6 +105,19 @@ pub enum PlaceMotion {
     Dynamics,
     /// It rolls as its wheels turn and lies on the ground as its joints permit; nothing has inertia.
     Kinematics,
+    /// Likewise, with wheels that sink in and slip as the ground's law of contact asks, all forces in balance.
+    QuasiStatic,
+}
+
+impl PlaceMotion {
+    /// How, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            PlaceMotion::Dynamics => "by forces",
+            PlaceMotion::Kinematics => "by kinematics",
+            PlaceMotion::QuasiStatic => "quasi-statically",
+        }
+    }
 }
 record! {
     /// Where a machine is put on the ground.
@@ -122,10 +135,11 @@ record! {
         radius: f64 = number("m").positive().need("write `radius: \"0.25 m\"`"),
         /// Bodies whose hinges adapt to the ground, by patterns.
         joints: Vec<Text> = texts().or(Vec::new()),
-        /// How it moves from there: by forces, or by kinematics alone.
+        /// How it moves from there: by forces, by kinematics alone, or such that forces balance at each instant.
         motion: PlaceMotion = word(&[
             ("dynamics", PlaceMotion::Dynamics),
             ("kinematics", PlaceMotion::Kinematics),
+            ("quasi_static", PlaceMotion::QuasiStatic),
         ]).or(PlaceMotion::Dynamics),
         /// Path of the terrain, when there are several.
         terrain: Option<Text> = text().maybe();

@@ -46,7 +46,7 @@ fn expand(mb: &Multibody, patterns: &[Text]) -> Result<Vec<String>, Fault> {
     Ok(out)
 }
 
-/// The machines that move by kinematics, when `place` says so.
+/// The machines that move without inertia, when `place` says so: by kinematics, or quasi-static.
 ///
 /// # Errors
 /// Names that match nothing, machines of both kinds, several terrains.
@@ -54,17 +54,19 @@ pub(super) fn kinematic(
     places: &[PlaceForm],
     mb: &Multibody,
 ) -> Result<Option<KinematicSpec>, Fault> {
-    let of = |motion: PlaceMotion| places.iter().find(|p| p.motion == motion);
-    let Some(first) = of(PlaceMotion::Kinematics) else { return Ok(None) };
-    if let Some(other) = of(PlaceMotion::Dynamics) {
-        let message = "`place`: one machine moves by kinematics and this one by forces";
-        let help = "write `motion: \"kinematics\"` for all of a simulation's machines, or for none";
+    let Some(first) = places.iter().find(|p| p.motion != PlaceMotion::Dynamics) else {
+        return Ok(None);
+    };
+    if let Some(other) = places.iter().find(|p| p.motion != first.motion) {
+        let [one, this] = [first, other].map(|p| p.motion.words());
+        let message = format!("`place`: one machine moves {one} and this one {this}");
+        let help = "write the same `motion` for all of a simulation's machines";
         return Err(Fault::new(other.origin, message).help(help));
     }
     let mut vehicles = Vec::new();
     for place in places {
         if place.terrain != first.terrain {
-            let message = "`place`: machines that move by kinematics drive on one terrain";
+            let message = "`place`: machines that move without inertia drive on one terrain";
             return Err(Fault::new(place.origin, message).help("name the same `terrain` for all"));
         }
         let find = |name: &str| mb.body(name);
@@ -83,7 +85,8 @@ pub(super) fn kinematic(
         });
     }
     let terrain = first.terrain.as_ref().map(|t| t.text.clone());
-    Ok(Some(KinematicSpec { vehicles, terrain, origin: first.origin }))
+    let quasi_static = first.motion == PlaceMotion::QuasiStatic;
+    Ok(Some(KinematicSpec { vehicles, quasi_static, terrain, origin: first.origin }))
 }
 
 fn touching(plan: &mut Plan, place: &PlaceForm) -> Result<Placed, Fault> {

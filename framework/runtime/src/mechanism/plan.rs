@@ -439,7 +439,7 @@ const ROLLING_REPORTS: [(&str, &str, &str); 2] = [
     (
         "slide",
         "m/s",
-        "Root mean square of the speeds at which the rims slide, since the wheels do not all drive the same circle.",
+        "Root mean square of the speeds at which the rims slide: the wheels do not all drive the same circle, or slip under their loads.",
     ),
 ];
 

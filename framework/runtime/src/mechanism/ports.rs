@@ -1,7 +1,7 @@
 //! The ports of a mechanism: those that bindings ask for, and no others.
 use crate::compile::{Bound, HostWire, Lowering};
 use crate::model::Description;
-use crate::ports::{PortKind, PortSpec};
+use crate::ports::{Lane, PortKind, PortSpec, Traction};
 use crate::spec::BindTarget;
 use crate::value::{Fault, remedy};
 use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, Subhinge, SubhingeKind};
@@ -48,6 +48,8 @@ pub struct MechanismPorts {
     pub motions: Vec<u32>,
     /// Loop motions whose acceleration is prescribed.
     pub loop_motions: Vec<u32>,
+    /// Wheels whose traction is known (11 lanes each).
+    pub tractions: Vec<BodyId>,
 }
 
 /// A binding target, found.
@@ -204,6 +206,11 @@ impl MechanismPorts {
                 add(&mut self.contacts, body);
                 format!("contact:body:{}", body.index())
             }
+            (PortKind::Traction, Target::Node(f)) => {
+                let body = f.body(mb);
+                add(&mut self.tractions, body);
+                format!("traction:body:{}", body.index())
+            }
             (PortKind::AddedMass, Target::Node(f)) => {
                 add(&mut self.masses, *f);
                 name("mass", *f)
@@ -237,6 +244,7 @@ impl MechanismPorts {
                 | PortKind::NodeAccel
                 | PortKind::Wrench
                 | PortKind::AddedMass
+                | PortKind::Traction
                 | PortKind::ContactLoad,
                 _,
             ) => {
@@ -263,6 +271,10 @@ impl MechanismPorts {
         let motion = |name: String| PortSpec::named(name, PortKind::HingeAccel, 1);
         inputs.extend(self.motions.iter().map(|v| motion(format!("motion:{v}"))));
         inputs.extend(self.loop_motions.iter().map(|i| motion(format!("loop_motion:{i}"))));
+        let traction = |b: &BodyId| {
+            PortSpec::named(format!("traction:body:{}", b.index()), PortKind::Traction, Traction::N)
+        };
+        inputs.extend(self.tractions.iter().map(traction));
         let accels = self.accels.iter().map(|f| port("accel", *f, PortKind::NodeAccel, 6));
         d.direct_outputs.extend(accels);
         let contacts = self.contacts.iter();

@@ -1,4 +1,5 @@
-//! A mechanism whose machines move by kinematics: they roll over the ground as their wheels turn, and nothing has inertia.
+//! A mechanism whose machines move by kinematics: they roll over the ground as their wheels turn, and nothing has inertia. With the
+//! traction of their wheels they are quasi-static: all forces balance at each instant.
 //!
 //! Axles and steering are prescribed hinges; what the wires bring to other hinges and nodes (springs, loads of an arm) counts for
 //! what the wheels carry, and moves nothing. Accelerations are means of the step.
@@ -6,9 +7,11 @@ use super::block::{MechanismBlock, NEVER};
 use super::plan::MechanismPlan;
 use super::touch;
 use crate::block::{Failure, Now, Outcome};
+use crate::ports::{self, Lane};
 use crate::services::Terrain;
 use linkwork_dynamics::{inverse_dynamics_given_kinematics, kinematics};
-use linkwork_solvers::{PairLoad, Rolling};
+use linkwork_multibody::BodyId;
+use linkwork_solvers::{PairLoad, Rolling, Traction};
 use linkwork_spatial::Vec3;
 use std::sync::Arc;
 
@@ -19,6 +22,9 @@ pub(super) struct Rolls {
     still: Vec<f64>,
     hold: Vec<f64>,
     before: Vec<f64>,
+    /// Of each wheel: where its traction lies among those of the ports; none where machines roll.
+    wheels: Vec<usize>,
+    tractions: Vec<Traction>,
 }
 
 impl Rolls {
@@ -27,7 +33,12 @@ impl Rolls {
         let (rolling, terrain) = plan.rolling.clone()?;
         let zeros = vec![0.0; plan.multibody.nv()];
         let (hold, before) = (zeros.clone(), zeros.clone());
-        Some(Rolls { rolling, terrain, still: zeros, hold, before })
+        let given = &plan.ports.tractions;
+        let place = |w: &(BodyId, f64)| given.iter().position(|b| *b == w.0);
+        let wheels: Vec<usize> =
+            rolling.vehicles().flat_map(|v| &v.wheels).filter_map(place).collect();
+        let tractions = vec![Traction::default(); wheels.len()];
+        Some(Rolls { rolling, terrain, still: zeros, hold, before, wheels, tractions })
     }
 }
 
@@ -48,7 +59,7 @@ impl MechanismBlock {
         x: &mut [f64],
         sig: &mut [f64],
     ) -> Outcome {
-        let Rolls { rolling, terrain, still, hold, before } = rolls;
+        let Rolls { rolling, terrain, still, hold, before, wheels, tractions } = rolls;
         // What holds the machine at rest against gravity and what the wires bring.
         self.at = NEVER;
         let q = &x[self.w.x..self.w.x + self.q.len()];
@@ -57,6 +68,14 @@ impl MechanismBlock {
         inverse_dynamics_given_kinematics(&self.tree, &mut self.ws, still, hold);
         hold.iter_mut().zip(&self.tau).for_each(|(hold, tau)| *hold -= tau);
         let plan = self.plan.clone();
+        let lanes = &self.w.ud[self.w.ud.len() - ports::Traction::N * plan.ports.tractions.len()..];
+        for (traction, wheel) in tractions.iter_mut().zip(wheels) {
+            let at = ports::Traction::N * *wheel;
+            let t = ports::Traction::gather(sig, &lanes[at..]);
+            let (force, moment, sinkage) = (t.force, t.moment, t.sinkage);
+            let (resistance, limit) = (t.resistance, t.limit);
+            *traction = Traction { force, moment, resistance, limit, sinkage };
+        }
         let (nq, nv, at) = (plan.multibody.nq(), plan.multibody.nv(), self.w.x);
         let (q, v) = x[at..at + nq + nv].split_at_mut(nq);
         before.copy_from_slice(v);
@@ -72,7 +91,15 @@ impl MechanismBlock {
         let up = (-down).try_normalize(0.0).unwrap_or_else(Vec3::z);
         let mut ground = |x: f64, y: f64| terrain.ground(x, y).map(|g| (g.height, g.normal));
         let report = rolling
-            .step(&self.tree, &mut self.ws, &mut ground, h, (q, v, &self.vdot), (hold, &up))
+            .step(
+                &self.tree,
+                &mut self.ws,
+                &mut ground,
+                h,
+                (q, v, &self.vdot),
+                (hold, &up),
+                tractions,
+            )
             .map_err(|e| Failure::of(&e))?;
         for (vdot, (after, before)) in self.vdot.iter_mut().zip(v.iter().zip(before.iter())) {
             *vdot = (after - before) / h;

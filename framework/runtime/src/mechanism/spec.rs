@@ -1,6 +1,7 @@
 //! The mechanism of a specification: structure, how it starts, how it is solved.
 use super::gaps::Closing;
 use super::plan::{MechanismPart, RollingOn};
+use super::ports::MechanismPorts;
 use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
 use crate::model::BuildError;
@@ -98,11 +99,13 @@ pub struct ContactSpec {
     pub settings: ContactSettings,
 }
 
-/// Machines that roll on the ground without forces.
+/// Machines that move over the ground without inertia.
 #[derive(Clone)]
 pub struct KinematicSpec {
     /// The machines.
     pub vehicles: Vec<Vehicle>,
+    /// Whether forces balance at each instant, by the traction of each wheel; else wheels roll.
+    pub quasi_static: bool,
     /// Path of the terrain that they drive on; `None`: the only one.
     pub terrain: Option<String>,
     /// Where it is written.
@@ -148,7 +151,7 @@ impl Host for MechanismSpec {
         let spec = self.on_terrain(services, out);
         spec.twice(bound, out);
         spec.touches(bound, out);
-        let rolling = self.rolling(services, out);
+        let rolling = self.rolling(services, &ports, out);
         Box::new(MechanismPart::new(&spec, (gravity, rolling), ports, out.warnings))
     }
     fn scenery(&self) -> Scenery {
@@ -167,7 +170,13 @@ impl MechanismSpec {
     }
 
     /// The machines that roll, with their ground.
-    fn rolling(&self, services: &Services, out: &mut Lowering<'_>) -> Option<RollingOn> {
+    fn rolling(
+        &self,
+        services: &Services,
+        ports: &MechanismPorts,
+        out: &mut Lowering<'_>,
+    ) -> Option<RollingOn> {
+        self.tractions(ports, out);
         let spec = self.kinematic.as_ref()?;
         let rolling = Rolling::new(&Tree::new(&self.multibody), &spec.vehicles);
         let rolling = rolling.map_err(|e| out.faults.push(Fault::of(spec.origin, &e))).ok();
@@ -178,6 +187,39 @@ impl MechanismSpec {
                 out.faults.push(Fault::new(spec.origin, format!("`place`: {fact}")).help(help));
                 None
             }
+        }
+    }
+
+    /// Tractions are for the wheels of machines that are quasi-static, and each of these has one.
+    fn tractions(&self, ports: &MechanismPorts, out: &mut Lowering<'_>) {
+        let (origin, wheels) = match &self.kinematic {
+            Some(spec) if spec.quasi_static => {
+                let wheels = spec.vehicles.iter().flat_map(|v| v.wheels.iter().map(|w| w.0));
+                (spec.origin, wheels.collect::<Vec<_>>())
+            }
+            Some(spec) => (spec.origin, Vec::new()),
+            None => (self.origin, Vec::new()),
+        };
+        let mut fault = |body: BodyId, fact: &str, help: &str| {
+            let fact = format!("`{}` {fact}", self.multibody.get(body).name());
+            out.faults.push(Fault::new(origin, fact).help(help));
+        };
+        for body in wheels.iter().filter(|b| !ports.tractions.contains(b)) {
+            let help =
+                "bind a model to it that gives its traction, as `mobility.wheel_soil_quasi_static`";
+            fault(
+                *body,
+                "is a wheel of a quasi-static machine, and nothing says how the ground resists it",
+                help,
+            );
+        }
+        for body in ports.tractions.iter().filter(|b| !wheels.contains(b)) {
+            let help = "write `motion: \"quasi_static\"` in `place` with the wheel in its `wheels`, or bind a model of another kind";
+            fault(
+                *body,
+                "has a model for the wheels of quasi-static machines, and it is none",
+                help,
+            );
         }
     }
 

@@ -70,4 +70,14 @@ pub enum RollingError {
         /// Greatest distance of a wheel (m).
         gap: f64,
     },
+    /// More is asked of the ground than it gives.
+    #[error(
+        "`{root}` slides at {speed:.2} m/s: its wheels do not get from the ground what holds it\n  help: drive where it is less steep, or simulate with forces"
+    )]
+    Slides {
+        /// The vehicle.
+        root: String,
+        /// Greatest speed of a rim over the ground (m/s).
+        speed: f64,
+    },
 }

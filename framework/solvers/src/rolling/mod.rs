@@ -19,6 +19,15 @@
 //! Uᵀ F = Sᵀ τ           τ: generalised forces that hold the machine still;   U: how far s lifts each wheel
 //! ```
 //! It knows no friction: what would slide or tip over rolls on. It knows no limits of joints either.
+//!
+//! With the traction of its wheels ([`Traction`]) it is quasi-static: wheels stand in the ground at their sinkage and slide so
+//! that all forces balance at each instant. With u the velocity of a rim over the ground and c, R of its traction
+//! ```text
+//! f = c − R u                     force of the ground ahead and to the side, R ≥ 0 diagonal, R u within an ellipse
+//! Σ (H_d + H s_d)ᵀ f = τ_d + s_dᵀ τ_s       balance along each motion d with the s that goes with it: no normal force works there
+//! Gᵀ N = τ_s − Hᵀ f               then the normal forces;   τ: less what moments of the ground do
+//! ```
+//! which for R = 1, c = 0 and τ = 0 is the least sliding of above. c and R are taken anew at each step from where it slid before.
 mod contact;
 mod error;
 mod small;
@@ -52,12 +61,27 @@ pub struct RollingReport {
     pub slide: f64,
 }
 
+/// What the ground does to a wheel that slides over it slowly, about how it slides now.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Traction {
+    /// Force on the wheel where its rim does not slide, less the normal force, W (N).
+    pub force: Vec3,
+    /// Moment on the wheel beside that of the forces at its footing, as where they act ahead of it, W (N m).
+    pub moment: Vec3,
+    /// Force against sliding ahead and to the side (N s/m), not negative. A machine none of whose wheels has any rolls.
+    pub resistance: [f64; 2],
+    /// Greatest such force ahead and to the side (N), half axes of an ellipse.
+    pub limit: [f64; 2],
+    /// How deep the wheel stands in the ground, along its normal (m).
+    pub sinkage: f64,
+}
+
 /// A wheel on the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelLoad {
     /// The wheel.
     pub body: BodyId,
-    /// Force of the ground at rest, along the vertical, W (N).
+    /// Force of the ground, W (N): that of rest, along the vertical; with traction the one that balances.
     pub force: Vec3,
     /// Where it acts, W (m).
     pub point: Vec3,
@@ -65,6 +89,8 @@ pub struct WheelLoad {
 
 /// Unknowns that drive, before those that settle.
 const DRIVE: usize = 3;
+/// Rows of a twist (angular, linear) in the order of the root's unknowns: x, y, heading, height, roll, pitch.
+const TWIST: [usize; 2 * DRIVE] = [3, 4, 2, 5, 0, 1];
 /// Weight of a coupling (rad) beside the gap of a wheel (m): couplings are exact where wheels are not.
 const COUPLING: f64 = 100.0;
 /// Gauss–Newton steps of a settling at most, and the distance (m, rad) from which one more changes nothing.
@@ -77,6 +103,11 @@ const ROUNDS: usize = 4;
 const LIFTS: usize = 6;
 /// A wheel so far from the ground (m) has not come to lie on it.
 const APART: f64 = 0.02;
+/// Balances at most while wheels come to their limits, and the relative change of what they resist that ends them.
+const LIMITS: (usize, f64) = (50, 1e-6);
+/// Rims that slide faster than this (m/s) and than [`FASTER`] times the fastest of them turns: nothing balances any more.
+const SLIDES: f64 = 1.0;
+const FASTER: f64 = 3.0;
 
 /// Where on the rim of a wheel the ground is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,13 +132,24 @@ struct CouplingRow {
 #[derive(Clone, Debug)]
 struct Machine {
     spec: Vehicle,
+    name: String,
     names: Vec<String>,
     /// First lane of the root's v; lanes of the joints.
     root: usize,
     joints: Vec<usize>,
     couplings: Vec<CouplingRow>,
-    /// Footing of each wheel.
+    /// Footing of each wheel, and what the ground does to it.
     footing: Vec<Footing>,
+    traction: Vec<Traction>,
+    /// Ahead and side of each wheel along the ground, W.
+    axes: Vec<[Vec3; 2]>,
+    /// What each wheel resists as it slides, ahead and to the side (N s/m).
+    resists: Vec<[f64; 2]>,
+    /// Velocity of rims, ahead and side of each wheel, with each of d, and for d = 0; all on the ground.
+    slides: Vec<[f64; DRIVE + 1]>,
+    /// What holds the machine still, along each unknown, and what moments of the ground do there.
+    holds: Vec<f64>,
+    turns: Vec<f64>,
     /// Rows of unknowns, [`Machine::unknowns`] each: normal of each wheel and couplings; ahead and side of each wheel; up of
     /// each wheel and couplings.
     normal: Vec<f64>,
@@ -221,11 +263,18 @@ impl Rolling {
                 });
             }
             machines.push(Machine {
+                name: name(spec.root),
                 names: spec.wheels.iter().map(|w| name(w.0)).collect(),
                 spec: spec.clone(),
                 root,
                 joints,
                 footing: vec![Footing::default(); wheels],
+                traction: vec![Traction::default(); wheels],
+                axes: vec![[Vec3::zeros(); 2]; wheels],
+                resists: vec![[1.0; 2]; wheels],
+                slides: vec![[0.0; DRIVE + 1]; 2 * wheels],
+                holds: vec![0.0; unknowns],
+                turns: vec![0.0; unknowns],
                 normal: vec![0.0; rows * unknowns],
                 slide: vec![0.0; 2 * wheels * unknowns],
                 lift: vec![0.0; rows * unknowns],
@@ -293,10 +342,14 @@ impl Rolling {
 
     /// A step of `h` s from `q`, with the rates in `v` and the accelerations in `vdot` of prescribed coordinates, which are
     /// integrated exactly for constant ones; all of `v` are rates at the end. `hold` (nv): the generalised forces that hold the
-    /// machine still at `q`; `up`: the vertical, W.
+    /// machine still at `q`; `up`: the vertical, W. `tractions`: of the wheels of all vehicles, in their order; empty where they
+    /// roll.
     ///
     /// # Errors
-    /// As of [`Rolling::settle`].
+    /// As of [`Rolling::settle`]; tractions under which nothing balances.
+    ///
+    /// # Panics
+    /// If there are some tractions, and not one of each wheel.
     pub fn step(
         &mut self,
         tree: &Tree,
@@ -305,6 +358,7 @@ impl Rolling {
         h: f64,
         (q, v, vdot): (&mut [f64], &mut [f64], &[f64]),
         (hold, up): (&[f64], &Vec3),
+        mut tractions: &[Traction],
     ) -> Result<RollingReport, RollingError> {
         let mut report = RollingReport::default();
         self.loads.clear();
@@ -321,16 +375,31 @@ impl Rolling {
             if !found {
                 machine.stand(tree, ws, ground, Search::Whole)?;
             }
+            let rolls = match tractions.split_at_checked(machine.traction.len()) {
+                Some((own, rest)) => {
+                    machine.traction.copy_from_slice(own);
+                    tractions = rest;
+                    own.iter().all(|t| t.resistance.iter().all(|r| !(*r > 0.0)))
+                }
+                None => true,
+            };
             machine.rows(tree, ws, &mut self.jacobian, up);
+            machine.holds(hold);
             machine.follow(tree, ws, &mut self.jacobian, &self.given);
-            machine.solve();
+            machine.solve(rolls);
             report.slide = report.slide.max(machine.slides());
             machine.fill_lanes(h, &mut self.dv);
             // The same geometry with the rates at the end.
             machine.follow(tree, ws, &mut self.jacobian, v);
-            machine.solve();
+            machine.solve(rolls);
             machine.fill_lanes(1.0, v);
-            machine.weigh(hold, up, &mut self.loads, &mut self.forces);
+            match rolls {
+                true => machine.weigh(up, &mut self.loads, &mut self.forces),
+                false => {
+                    machine.balances()?;
+                    machine.carry(&mut self.loads, &mut self.forces);
+                }
+            }
         }
         tree.multibody().integrate(q, &self.dv, &mut self.next);
         q.copy_from_slice(&self.next);
@@ -412,9 +481,10 @@ impl Rolling {
         // With more wheels than the machine has ways to lie it stands on those that touch first.
         let mut gap = 0.0;
         for _ in 0..LIFTS {
-            gap = machine.footing.iter().fold(0.0_f64, |a, f| a.max(f.gap.abs()));
-            let lift = |f: &Footing| -f.gap / f.normal.z;
-            let lift = machine.footing.iter().fold(0.0_f64, |a, f| a.max(lift(f)));
+            let wheels = 0..machine.footing.len();
+            gap = wheels.clone().fold(0.0_f64, |a, w| a.max(machine.gap(w).abs()));
+            let lift = |w: usize| -machine.gap(w) / machine.footing[w].normal.z;
+            let lift = wheels.fold(0.0_f64, |a, w| a.max(lift(w)));
             if !(lift > 1e-9) {
                 break;
             }
@@ -429,10 +499,7 @@ impl Rolling {
         }
         let over = machine.footing.len() + machine.couplings.len() > machine.right.len();
         match !(gap < APART) && !over {
-            true => {
-                let root = mb.get(machine.spec.root).name().to_string();
-                Err(RollingError::Apart { root, gap })
-            }
+            true => Err(RollingError::Apart { root: machine.name.clone(), gap }),
             false => Ok(gap),
         }
     }
@@ -441,6 +508,11 @@ impl Rolling {
 impl Machine {
     fn unknowns(&self) -> usize {
         2 * DRIVE + self.joints.len()
+    }
+
+    /// Distance of a wheel from where it stands, above or in the ground at its sinkage (m).
+    fn gap(&self, wheel: usize) -> f64 {
+        self.footing[wheel].gap + self.traction[wheel].sinkage
     }
 
     /// Footing of all wheels at the poses in the work space.
@@ -501,27 +573,37 @@ impl Machine {
         body_jacobian(tree, ws, self.spec.root, jacobian);
         let twist = Matrix6::from_fn(|row, k| jacobian[row * nv + self.root + k]);
         self.inverse = twist.try_inverse().unwrap_or_else(Matrix6::identity);
+        self.turns.fill(0.0);
         for (w, (body, _)) in self.spec.wheels.iter().enumerate() {
             let (pose, foot) = (ws.body_pose(tree, *body), self.footing[w]);
             body_jacobian(tree, ws, *body, jacobian);
             let arm = foot.point - pose.position;
-            let lane = |k: usize| {
+            let part = |k: usize, row: usize| {
                 let at = |row: usize| jacobian[row * nv + k];
-                Vec3::new(at(3), at(4), at(5)) + Vec3::new(at(0), at(1), at(2)).cross(&arm)
+                Vec3::new(at(row), at(row + 1), at(row + 2))
             };
             let ahead = (pose.rotation * Vec3::y()).cross(&foot.normal).normalize();
-            let directions = [foot.normal, ahead, foot.normal.cross(&ahead), *up];
+            let side = foot.normal.cross(&ahead);
+            self.axes[w] = [ahead, side];
+            let directions = [foot.normal, ahead, side, *up];
             let from_root = foot.point - origin;
             for k in 0..n {
-                let motion = match k {
-                    0 => Vec3::x(),
-                    1 => Vec3::y(),
-                    2 => Vec3::z().cross(&from_root),
-                    3 => Vec3::z(),
-                    4 => Vec3::x().cross(&from_root),
-                    5 => Vec3::y().cross(&from_root),
-                    _ => lane(self.joints[k - 2 * DRIVE]),
+                // Angular velocity of the wheel, and velocity of its footing.
+                let turning = |axis: Vec3| (axis, axis.cross(&from_root));
+                let (turns, motion) = match k {
+                    0 => (Vec3::zeros(), Vec3::x()),
+                    1 => (Vec3::zeros(), Vec3::y()),
+                    2 => turning(Vec3::z()),
+                    3 => (Vec3::zeros(), Vec3::z()),
+                    4 => turning(Vec3::x()),
+                    5 => turning(Vec3::y()),
+                    _ => {
+                        let lane = self.joints[k - 2 * DRIVE];
+                        let turns = part(lane, 0);
+                        (turns, part(lane, 3) + turns.cross(&arm))
+                    }
                 };
+                self.turns[k] += self.traction[w].moment.dot(&turns);
                 let [normal, ahead, side, up] = directions.map(|d| d.dot(&motion));
                 self.normal[w * n + k] = normal;
                 self.slide[2 * w * n + k] = ahead;
@@ -554,10 +636,10 @@ impl Machine {
             let [a, b, c, x, y, z] = twist;
             let arm = foot.point - pose.position;
             let moved = Vec3::new(x, y, z) + Vec3::new(a, b, c).cross(&arm);
-            let ahead = (pose.rotation * Vec3::y()).cross(&foot.normal).normalize();
+            let [ahead, side] = self.axes[w];
             self.given[0][w] = foot.normal.dot(&moved);
             self.given[1][2 * w] = ahead.dot(&moved);
-            self.given[1][2 * w + 1] = foot.normal.cross(&ahead).dot(&moved);
+            self.given[1][2 * w + 1] = side.dot(&moved);
         }
         let wheels = self.spec.wheels.len();
         for (c, coupling) in self.couplings.iter().enumerate() {
@@ -577,12 +659,22 @@ impl Machine {
         self.gram.solve(&mut self.right);
     }
 
-    /// Rates of all unknowns for what is given.
-    fn solve(&mut self) {
+    /// Work of the generalised forces that hold the machine still, for each unknown: along twists of the root, then the joints.
+    fn holds(&mut self, hold: &[f64]) {
+        for k in 0..self.holds.len() {
+            self.holds[k] = match TWIST.get(k) {
+                Some(row) => {
+                    (0..6).map(|lane| self.inverse[(lane, *row)] * hold[self.root + lane]).sum()
+                }
+                None => hold[self.joints[k - 2 * DRIVE]],
+            } - self.turns[k];
+        }
+    }
+
+    /// Rates of all unknowns for what is given: with the least sliding, or with that under which all forces balance.
+    fn solve(&mut self, rolls: bool) {
         let n = self.unknowns();
         let rows = self.given[1].len();
-        // Sliding for d = 0, and its change with each of d.
-        let (mut square, mut side) = (Mat3::zeros(), Vec3::zeros());
         let settles = self.right.len();
         let mut columns = std::mem::take(&mut self.columns);
         for d in 0..=DRIVE {
@@ -596,18 +688,27 @@ impl Machine {
         for row in 0..rows {
             let slides = &self.slide[row * n..(row + 1) * n];
             let of = |s: &[f64]| -> f64 { slides[DRIVE..].iter().zip(s).map(|(a, b)| a * b).sum() };
-            let change: [f64; DRIVE] = std::array::from_fn(|d| slides[d] + of(column(d)));
-            let now = self.given[1][row] + of(column(DRIVE));
-            for i in 0..DRIVE {
-                side[i] -= change[i] * now;
-                for j in 0..DRIVE {
-                    square[(i, j)] += change[i] * change[j];
-                }
+            let alone = self.given[1][row] + of(column(DRIVE));
+            let change = |d: usize| if d == DRIVE { alone } else { slides[d] + of(column(d)) };
+            self.slides[row] = std::array::from_fn(change);
+        }
+        let mut holds = Vec3::zeros();
+        if !rolls {
+            for d in 0..DRIVE {
+                let settles = self.holds[DRIVE..].iter().zip(column(d));
+                holds[d] = self.holds[d] + settles.map(|(hold, s)| hold * s).sum::<f64>();
             }
         }
-        // What no wheel determines stays.
-        square += Mat3::identity() * (1e-13 * square.trace() + f64::MIN_POSITIVE);
-        let drive = square.cholesky().map_or_else(Vec3::zeros, |c| c.solve(&side));
+        for (now, t) in self.resists.iter_mut().zip(&self.traction) {
+            *now = if rolls { [1.0; 2] } else { t.resistance };
+        }
+        let mut drive = self.balance(rolls, &holds);
+        let mut balances = if rolls { 0 } else { LIMITS.0 };
+        while balances > 0 {
+            let changes = self.limit(&drive);
+            drive = self.balance(rolls, &holds);
+            balances = if changes < LIMITS.1 { 0 } else { balances - 1 };
+        }
         self.rates[..DRIVE].copy_from_slice(drive.as_slice());
         for k in 0..settles {
             let along: f64 = (0..DRIVE).map(|d| column(d)[k] * drive[d]).sum();
@@ -616,21 +717,74 @@ impl Machine {
         self.columns = columns;
     }
 
+    /// Rates of driving under which forces balance what holds, as the wheels resist now.
+    fn balance(&self, rolls: bool, holds: &Vec3) -> Vec3 {
+        let (mut square, mut side) = (Mat3::zeros(), -holds);
+        for (row, &[x, y, heading, alone]) in self.slides.iter().enumerate() {
+            let (force, resists) = self.resists(row);
+            let (force, change) = (if rolls { 0.0 } else { force }, [x, y, heading]);
+            for i in 0..DRIVE {
+                side[i] += change[i] * (force - resists * alone);
+                for j in 0..DRIVE {
+                    square[(i, j)] += resists * change[i] * change[j];
+                }
+            }
+        }
+        // What no wheel determines stays.
+        square += Mat3::identity() * (1e-13 * square.trace() + f64::MIN_POSITIVE);
+        square.cholesky().map_or_else(Vec3::zeros, |c| c.solve(&side))
+    }
+
+    /// Lets wheels that slide at the rates of driving resist by no more than their limits. Greatest change, relative.
+    fn limit(&mut self, drive: &Vec3) -> f64 {
+        let mut most = 0.0_f64;
+        for (w, (now, t)) in self.resists.iter_mut().zip(&self.traction).enumerate() {
+            let over: f64 = (0..2)
+                .map(|k| {
+                    let [x, y, heading, alone] = self.slides[2 * w + k];
+                    let slides = alone + x * drive.x + y * drive.y + heading * drive.z;
+                    let part = t.resistance[k] * slides / t.limit[k];
+                    if t.resistance[k] > 0.0 { part * part } else { 0.0 }
+                })
+                .sum::<f64>()
+                .sqrt();
+            let share = if over > 1.0 { 1.0 / over } else { 1.0 };
+            for (now, own) in now.iter_mut().zip(t.resistance) {
+                let next = share * own;
+                if next > 0.0 {
+                    most = most.max((next - *now).abs() / next);
+                }
+                *now = next;
+            }
+        }
+        most
+    }
+
+    /// Force on a wheel that does not slide along a row of `slide` (N), and what resists there (N s/m).
+    fn resists(&self, row: usize) -> (f64, f64) {
+        let (traction, axis) = (&self.traction[row / 2], &self.axes[row / 2][row % 2]);
+        (traction.force.dot(axis), self.resists[row / 2][row % 2])
+    }
+
+    /// Velocity of a rim over the ground along a row of `slide` (m/s).
+    fn slides_along(&self, row: usize) -> f64 {
+        let n = self.unknowns();
+        let along = self.slide[row * n..(row + 1) * n].iter().zip(&self.rates);
+        self.given[1][row] + along.map(|(a, b)| a * b).sum::<f64>()
+    }
+
     /// Root mean square of the sliding that is left (m/s).
     fn slides(&self) -> f64 {
-        let (n, rows) = (self.unknowns(), self.given[1].len());
-        let of = |row: usize| {
-            let along = self.slide[row * n..(row + 1) * n].iter().zip(&self.rates);
-            self.given[1][row] + along.map(|(a, b)| a * b).sum::<f64>()
-        };
-        ((0..rows).map(|row| of(row).powi(2)).sum::<f64>() / rows.max(1) as f64).sqrt()
+        let rows = self.given[1].len();
+        let squares = (0..rows).map(|row| self.slides_along(row).powi(2)).sum::<f64>();
+        (squares / rows.max(1) as f64).sqrt()
     }
 
     /// Distances of wheels and errors of couplings at `q`; their size.
     fn errors(&mut self, q: &[f64]) -> f64 {
         let wheels = self.footing.len();
-        for (error, foot) in self.error.iter_mut().zip(&self.footing) {
-            *error = foot.gap;
+        for w in 0..wheels {
+            self.error[w] = self.gap(w);
         }
         for (error, c) in self.error[wheels..].iter_mut().zip(&self.couplings) {
             let sum: f64 = c.terms.iter().map(|(at, _, f)| f * q[*at]).sum();
@@ -660,19 +814,10 @@ impl Machine {
     }
 
     /// Loads for the forces that hold the machine still; afterwards the rows of normals are factored no more.
-    fn weigh(&mut self, hold: &[f64], up: &Vec3, loads: &mut Vec<WheelLoad>, forces: &mut [f64]) {
+    fn weigh(&mut self, up: &Vec3, loads: &mut Vec<WheelLoad>, forces: &mut [f64]) {
         let n = self.unknowns();
         let settles = self.right.len();
-        // Work of the holding forces for each motion: along twists of the root (vertical, roll, pitch), then the joints.
-        for k in 0..settles {
-            self.right[k] = match k {
-                0..3 => {
-                    let row = [5, 0, 1][k];
-                    (0..6).map(|lane| self.inverse[(lane, row)] * hold[self.root + lane]).sum()
-                }
-                _ => hold[self.joints[k - DRIVE]],
-            };
-        }
+        self.right.copy_from_slice(&self.holds[DRIVE..]);
         self.gram.of_columns(&self.lift, n, DRIVE..DRIVE + settles);
         self.gram.solve(&mut self.right);
         let of = |row: usize| -> f64 {
@@ -684,6 +829,47 @@ impl Machine {
         }
         for (c, coupling) in self.couplings.iter().enumerate() {
             forces[coupling.place] = of(self.footing.len() + c);
+        }
+    }
+
+    /// Loads where tractions are known: normal forces such that all balances. The rows of normals are factored still.
+    fn carry(&mut self, loads: &mut Vec<WheelLoad>, forces: &mut [f64]) {
+        let n = self.unknowns();
+        self.right.copy_from_slice(&self.holds[DRIVE..]);
+        for row in 0..self.given[1].len() {
+            let (force, resists) = self.resists(row);
+            let along = force - resists * self.slides_along(row);
+            let slide = &self.slide[row * n + DRIVE..(row + 1) * n];
+            self.right.iter_mut().zip(slide).for_each(|(right, s)| *right -= along * s);
+        }
+        self.gram.solve(&mut self.right);
+        let of = |row: usize| -> f64 {
+            let normal = &self.normal[row * n + DRIVE..(row + 1) * n];
+            normal.iter().zip(&self.right).map(|(a, b)| a * b).sum()
+        };
+        for (w, (foot, (body, _))) in self.footing.iter().zip(&self.spec.wheels).enumerate() {
+            let along = |row: usize| {
+                let (force, resists) = self.resists(row);
+                force - resists * self.slides_along(row)
+            };
+            let [ahead, side] = self.axes[w];
+            let force = foot.normal * of(w) + ahead * along(2 * w) + side * along(2 * w + 1);
+            loads.push(WheelLoad { body: *body, force, point: foot.point });
+        }
+        for (c, coupling) in self.couplings.iter().enumerate() {
+            forces[coupling.place] = COUPLING * of(self.footing.len() + c);
+        }
+    }
+
+    /// Whether sliding has the size of driving: beyond it nothing balances, and the machine would fall down its slope.
+    fn balances(&self) -> Result<(), RollingError> {
+        let turns = |w: usize| self.given[1][2 * w].abs();
+        let (rows, wheels) = (0..self.given[1].len(), 0..self.footing.len());
+        let speed = rows.map(|row| self.slides_along(row).abs()).fold(0.0, f64::max);
+        let fastest = wheels.map(turns).fold(0.0, f64::max);
+        match !(speed < SLIDES + FASTER * fastest) {
+            true => Err(RollingError::Slides { root: self.name.clone(), speed }),
+            false => Ok(()),
         }
     }
 }
