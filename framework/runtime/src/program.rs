@@ -69,21 +69,22 @@ impl Program {
     }
 
     /// A program of these phases, by name. Their plans get the variables of all, and one hash.
-    pub fn new(phases: Vec<(String, Plan)>) -> Program {
-        let several = phases.len() > 1;
+    pub fn new(mut phases: Vec<(String, Plan)>) -> Program {
+        if phases.len() == 1
+            && let Some((name, plan)) = phases.pop()
+        {
+            let mut program = Program::single(Arc::new(plan));
+            program.phases[0].name = name;
+            return program;
+        }
         let text: Vec<String> =
             phases.iter().map(|(name, plan)| format!("{name} {}\n", plan.hash)).collect();
-        let hash = match (&phases[..], several) {
-            ([(_, only)], false) => only.hash,
-            _ => noise::hash(text.concat().bytes()),
-        };
+        let hash = noise::hash(text.concat().bytes());
         let (variables, channels) = channels(&phases);
         let variables = Arc::new(variables);
         let join = |(name, mut plan): (String, Plan)| {
-            if several {
-                plan.variables = variables.clone();
-                plan.hash = hash;
-            }
+            plan.variables = variables.clone();
+            plan.hash = hash;
             Phase { name, plan: Arc::new(plan) }
         };
         let phases: Vec<Phase> = phases.into_iter().map(join).collect();

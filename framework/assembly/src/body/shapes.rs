@@ -2,7 +2,7 @@
 use crate::body::collider::{Collider, Surface};
 use crate::body::solid::{colliding, only_collides, seen};
 use crate::schema::describe::Schema;
-use crate::schema::kind::{At, Kind, color, flag, number, raw, text, vector};
+use crate::schema::kind::{At, Kind, What, color, flag, number, raw, text, vector};
 use crate::schema::read::{fields, list};
 use crate::schema::record::{Presence, Record, argument, of, record, variant_of};
 use crate::text::report::Cx;
@@ -109,7 +109,8 @@ pub(crate) struct Shapes {
 pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shapes {
     let (mut out, mut taken) = (Shapes::default(), Vec::<String>::new());
     for (k, item) in list(cx, v, &format!("`{body}`: `shapes`")).iter().enumerate() {
-        let at = At { what: format!("`{body}`: shape {}", k + 1), ..at.clone() };
+        let at =
+            At { what: What::Named(format!("`{body}`: shape {}", k + 1).into()), ..at.clone() };
         let (mut framed, touch) = match (&item.value, at.near.is_some()) {
             (Value::Map(_), true) => match <(Framed, Touch)>::read(cx, item, &at) {
                 Some(both) => both,

@@ -19,6 +19,7 @@ use linkwork_formats::{
 use linkwork_multibody::{Hinge, Limits, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_spatial::{Pose, Vec3};
+use std::fmt::Display;
 
 record! {
     struct SideCar: "side-car" {
@@ -142,7 +143,13 @@ pub(crate) fn read(cx: &mut Cx, name: &str, text: &str, d: &mut Description) {
 }
 
 /// The name, if a body has it.
-fn body(cx: &mut Cx, at: Origin, what: &str, name: &str, d: &Description) -> Option<String> {
+fn body(
+    cx: &mut Cx,
+    at: Origin,
+    what: impl Display,
+    name: &str,
+    d: &Description,
+) -> Option<String> {
     let known: Vec<&str> = d.builder.bodies().iter().map(|b| b.name.as_str()).collect();
     if known.contains(&name) {
         return Some(name.to_owned());
@@ -155,7 +162,7 @@ fn body(cx: &mut Cx, at: Origin, what: &str, name: &str, d: &Description) -> Opt
 fn coordinate(
     cx: &mut Cx,
     at: Origin,
-    what: &str,
+    what: impl Display,
     name: &str,
     d: &Description,
 ) -> Option<HingeCoordinate> {
@@ -253,7 +260,7 @@ fn closure(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<LoopC
 }
 
 /// The link that is named; `world` is one too.
-fn on_link(cx: &mut Cx, on: &OnLink, what: &str, d: &Description) -> Option<String> {
+fn on_link(cx: &mut Cx, on: &OnLink, what: impl Display, d: &Description) -> Option<String> {
     let Text { text, origin } = &on.body;
     if text == "world" { Some(text.clone()) } else { body(cx, *origin, what, text, d) }
 }

@@ -3,6 +3,7 @@
 //! `ron` checks the grammar and cuts the text into raw pieces; the place of a piece is where its
 //! slice lies in the text.
 use crate::text::parsed::Once;
+use crate::text::quick;
 use crate::text::report::Cx;
 use linkwork_runtime::{Located, Origin, Value};
 use ron::Deserializer;
@@ -50,6 +51,21 @@ pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
 }
 
 fn read(cx: &mut Cx, file: u32) -> Option<Located> {
+    let text = &cx.sources.files.get(file as usize)?.1;
+    if let Some((value, keys)) = quick::read(text, file) {
+        if cx.keys.is_empty() {
+            // All at once: they need no place one by one.
+            cx.keys = keys.into_iter().collect();
+        } else {
+            cx.keys.extend(keys);
+        }
+        return Some(value);
+    }
+    read_pieces(cx, file)
+}
+
+/// The same, of every text that is RON, with faults where it is not.
+pub(crate) fn read_pieces(cx: &mut Cx, file: u32) -> Option<Located> {
     let text = cx.sources.files.get(file as usize)?.1.clone();
     if let Err(error) = ron::from_str::<&RawValue>(&text) {
         let at = offset(&text, error.span.start.line, error.span.start.col);
@@ -264,6 +280,15 @@ impl<'t> Reader<'_, 't> {
         } else {
             self.cx.fault(origin, format!("not RON: {}", lower(&text)), "");
         }
+    }
+}
+
+/// A text, number or word that is all of this.
+pub(crate) fn scalar(token: &str) -> Option<Value> {
+    let mut de = Deserializer::from_str(token).ok()?;
+    match de::Deserializer::deserialize_any(&mut de, Pieces) {
+        Ok(Piece::Value(value)) if de.remainder().is_empty() => Some(value),
+        _ => None,
     }
 }
 
