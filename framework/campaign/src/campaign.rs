@@ -103,7 +103,7 @@ impl Campaign {
         campaign.sources = ready.loaded.sources.clone();
         campaign.file_seed = ready.plan().seed;
         campaign.watch_choices(library);
-        campaign.identity = campaign.identify(ready.plan().hash);
+        campaign.identity = campaign.identify(ready.plan().hash());
         Ok(campaign)
     }
 

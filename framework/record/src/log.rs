@@ -200,7 +200,7 @@ impl Log {
             .map_err(|e| fail(why(&e)))?;
         let mut about = spec.about.clone();
         about.insert("seed".into(), plan.seed.to_string());
-        about.insert("plan".into(), format!("{:016x}", plan.hash));
+        about.insert("plan".into(), format!("{:016x}", plan.hash()));
         about.insert("linkwork".into(), env!("CARGO_PKG_VERSION").into());
         about.insert("step".into(), plan.step.to_string());
         writer

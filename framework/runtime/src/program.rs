@@ -2,6 +2,7 @@
 //! All are compiled before the first step, so that a mistake in the last is found at load.
 use crate::catalogue::Catalogue;
 use crate::compile::{WhenSpec, Within, common_tick, compile_phase};
+use crate::identity::Identity;
 use crate::noise;
 use crate::plan::{Fires, Place, Plan, Variable};
 use crate::services::Files;
@@ -42,8 +43,6 @@ pub struct Program {
     pub phases: Vec<Phase>,
     /// For each phase, the lane of each channel ([`Place::Channel`]).
     pub channels: Vec<Vec<Option<Place>>>,
-    /// Hash over all plans.
-    pub hash: u64,
     /// For each transition from phase to phase: where the state goes.
     pub(crate) routes: BTreeMap<(u32, u32), Route>,
 }
@@ -57,13 +56,16 @@ pub struct Phase {
 }
 
 impl Program {
+    /// Hash over all plans.
+    pub fn hash(&self) -> u64 {
+        self.phases[0].plan.hash()
+    }
+
     /// A program that never changes.
     pub fn single(plan: Arc<Plan>) -> Program {
-        let hash = plan.hash;
         Program {
             phases: vec![Phase { name: String::new(), plan }],
             channels: vec![Vec::new()],
-            hash,
             routes: BTreeMap::new(),
         }
     }
@@ -78,13 +80,13 @@ impl Program {
             return program;
         }
         let text: Vec<String> =
-            phases.iter().map(|(name, plan)| format!("{name} {}\n", plan.hash)).collect();
+            phases.iter().map(|(name, plan)| format!("{name} {}\n", plan.hash())).collect();
         let hash = noise::hash(text.concat().bytes());
         let (variables, channels) = channels(&phases);
         let variables = Arc::new(variables);
         let join = |(name, mut plan): (String, Plan)| {
             plan.variables = variables.clone();
-            plan.hash = hash;
+            plan.identity = Identity::shared(hash);
             Phase { name, plan: Arc::new(plan) }
         };
         let phases: Vec<Phase> = phases.into_iter().map(join).collect();
@@ -97,7 +99,7 @@ impl Program {
                 }
             }
         }
-        Program { phases, channels, hash, routes }
+        Program { phases, channels, routes }
     }
 }
 

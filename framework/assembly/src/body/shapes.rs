@@ -30,7 +30,7 @@ record! {
     /// A shape with its frame.
     struct Framed: "shape" {
         /// The shape.
-        shape: Located = raw(any_shape()).need("write `shape: Sphere(0.1)`"),
+        shape: Located = raw(any_shape).need("write `shape: Sphere(0.1)`"),
         /// Its frame in the body.
         at: Pose = of::<Pose>().or(Pose::identity()),
         /// Red, green, blue, opacity.
@@ -54,7 +54,7 @@ record! {
     /// What a shape says when it may collide.
     struct Touch: "touch" {
         /// `true`, or how it collides.
-        collide: Option<Located> = raw(Schema::Any(vec![Schema::Flag, Collide::describe()])).maybe(),
+        collide: Option<Located> = raw(|| Schema::Any(vec![Schema::Flag, Collide::describe()])).maybe(),
         /// Whether it is seen.
         visible: bool = flag().or(true),
     }
@@ -62,7 +62,7 @@ record! {
 record! {
     struct OwnShape: "collide" {
         /// What collides instead of what is shown.
-        shape: Option<Located> = raw(seen().describe()).maybe(),
+        shape: Option<Located> = raw(|| seen().describe()).maybe(),
     }
 }
 type Collide = (OwnShape, Surface);

@@ -127,31 +127,31 @@ record! {
         /// Name, when it stands alone.
         name: Option<Text> = text().maybe(),
         /// Parameters by name.
-        params: Option<Located> = raw(table_of(of::<ParamForm>()).describe()).maybe(),
+        params: Option<Located> = raw(|| table_of(of::<ParamForm>()).describe()).maybe(),
         /// Bodies or nodes that the parent must name, each with its meaning.
-        mounts: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        mounts: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
         /// Files of other programs whose bodies are added: one, or a list.
-        import: Option<Located> = raw(import_schema()).maybe(),
+        import: Option<Located> = raw(import_schema).maybe(),
         /// Bodies by name.
-        bodies: Option<Located> = raw(table_of(of::<BodyFields>()).describe()).maybe(),
+        bodies: Option<Located> = raw(|| table_of(of::<BodyFields>()).describe()).maybe(),
         /// Hinges that close loops, by name.
-        loops: Option<Located> = raw(table_of(of::<LoopForm>()).describe()).maybe(),
+        loops: Option<Located> = raw(|| table_of(of::<LoopForm>()).describe()).maybe(),
         /// Linear relations between hinge coordinates, by name.
-        couplings: Option<Located> = raw(table_of(of::<CouplingForm>()).describe()).maybe(),
+        couplings: Option<Located> = raw(|| table_of(of::<CouplingForm>()).describe()).maybe(),
         /// Collision shapes on bodies and on the world, by name.
-        colliders: Option<Located> = raw(table_of(of::<(Standing, Surface)>()).describe()).maybe(),
+        colliders: Option<Located> = raw(|| table_of(of::<(Standing, Surface)>()).describe()).maybe(),
         /// How contact is solved, and who meets whom.
-        contact: Option<Located> = raw(Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
+        contact: Option<Located> = raw(|| Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
         /// `false`: bodies of this assembly and of its parts do not meet one another.
-        self_collision: Option<Located> = raw(Schema::Flag).maybe(),
+        self_collision: Option<Located> = raw(|| Schema::Flag).maybe(),
         /// Parts by name.
-        parts: Option<Located> = raw(Schema::Table(Box::new(part_schema()))).maybe(),
+        parts: Option<Located> = raw(|| Schema::Table(Box::new(part_schema()))).maybe(),
         /// Wires: `"Part.output -> Part.input"`.
-        wires: Option<Located> = raw(Schema::List(Box::new(wire_schema()), None)).maybe(),
+        wires: Option<Located> = raw(|| Schema::List(Box::new(wire_schema()), None)).maybe(),
         /// Ports seen from outside, by name.
-        exports: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        exports: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
         /// Deep parameters by path.
-        overrides: Option<Located> = raw(Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
+        overrides: Option<Located> = raw(|| Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
     }
 }
 
@@ -161,15 +161,15 @@ record! {
         /// Its name there.
         model: Option<Text> = text().maybe(),
         /// Its parameters, which `linkwork describe` lists.
-        params: Option<Located> = raw(anything()).maybe(),
+        params: Option<Located> = raw(anything).maybe(),
         /// Sample period, of sampled models.
-        rate: Option<Located> = raw(period().describe()).maybe(),
+        rate: Option<Located> = raw(|| period().describe()).maybe(),
         /// Time of the first sample.
-        offset: Option<Located> = raw(period().describe()).maybe(),
+        offset: Option<Located> = raw(|| period().describe()).maybe(),
         /// Binding → node, `hinge:BODY` or `loop:LOOP`.
-        bind: Option<Located> = raw(anything()).maybe(),
+        bind: Option<Located> = raw(anything).maybe(),
         /// Elements, when it is an array: each with what differs.
-        array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
+        array: Option<Located> = raw(|| Schema::List(Box::new(anything()), None)).maybe(),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// Folder in which its files are looked for first.
@@ -182,15 +182,15 @@ record! {
         /// The file: beside this one, then in the search folders, then embedded.
         assembly: Option<Text> = text().maybe(),
         /// Values of its parameters.
-        params: Option<Located> = raw(anything()).maybe(),
+        params: Option<Located> = raw(anything).maybe(),
         /// Mount → body or node.
-        mounts: Option<Located> = raw(anything()).maybe(),
+        mounts: Option<Located> = raw(anything).maybe(),
         /// Deep parameters by path.
-        overrides: Option<Located> = raw(anything()).maybe(),
+        overrides: Option<Located> = raw(anything).maybe(),
         /// Only its bodies, in one rigid piece on another body.
-        stowed: Option<Located> = raw(StowedForm::describe()).maybe(),
+        stowed: Option<Located> = raw(StowedForm::describe).maybe(),
         /// Elements, when it is an array: each with what differs.
-        array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
+        array: Option<Located> = raw(|| Schema::List(Box::new(anything()), None)).maybe(),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
     }
@@ -220,8 +220,9 @@ fn part_schema() -> Schema {
     })
 }
 
-/// Reads the fields that belong to an assembly (the caller has checked for unknown ones).
-pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
+/// Reads the fields that belong to an assembly (the caller has checked for unknown ones). Bodies, loops, couplings and
+/// colliders are taken out of the value.
+pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembly {
     let mut a = Assembly {
         doc: doc(cx, v, what),
         name: text_field(cx, v, "name", what).map(|t| t.text),
@@ -288,17 +289,19 @@ fn name_at(cx: &mut Cx, key: &str, v: &Located, kind: &str) {
 /// Name → fields, of a field such as `bodies` whose entries are each a `body`.
 fn items(
     cx: &mut Cx,
-    v: &Located,
+    v: &mut Located,
     (field, kind): (&str, &str),
     what: &str,
 ) -> BTreeMap<String, ItemForm> {
-    let mut out = BTreeMap::new();
-    let Some(written) = v.get(field) else { return out };
-    for (key, value) in table(cx, written, &format!("{what}: `{field}`")) {
-        name_at(cx, key, value, kind);
-        out.insert(key.clone(), ItemForm { fields: value.clone(), origin: cx.key(value) });
-    }
-    out
+    let Some(written) = v.get_mut(field) else { return BTreeMap::new() };
+    table(cx, written, format_args!("{what}: `{field}`"));
+    let Value::Map(entries) = &mut written.value else { return BTreeMap::new() };
+    let mut item = |(key, fields): (String, Located)| {
+        let origin = cx.key(&fields);
+        name(cx, &key, origin, kind);
+        (key, ItemForm { fields, origin })
+    };
+    std::mem::take(entries).into_iter().map(&mut item).collect()
 }
 
 /// Path → value.
@@ -364,7 +367,7 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
         let mut known = AssemblyForm::names();
         known.retain(|f| !STANDING_ALONE.contains(f));
         fields(cx, v, &what, &known);
-        (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
+        (PartKind::Inline(Box::new(read_assembly(cx, &mut v.clone(), &what))), empty_map())
     } else {
         let help = "write `model: \"..\"`, `assembly: \"file.ron\"` or `parts: {..}`";
         cx.fault(origin, format!("{what} is neither a model nor an assembly"), help);

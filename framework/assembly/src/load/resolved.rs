@@ -59,7 +59,7 @@ fn text(t: impl Into<String>) -> Located {
 
 /// Everything expanded: no includes, parameters, mounts, arrays or overrides are left.
 pub(crate) fn value(
-    root: &Instance,
+    root: Instance,
     files: &Files<'_>,
     settings: &Located,
     spec: &Spec,
@@ -111,9 +111,6 @@ pub(crate) fn with_phases(phases: &[(&str, &Value, &Vec<TransitionSpec>)]) -> Va
         Value::Variant(_, inner) => entries(inner).to_vec(),
         _ => Vec::new(),
     };
-    if first.is_empty() {
-        return (*value).clone();
-    }
     let mut all = fields(value);
     all.push(("start".into(), text(*first)));
     let each = phases.iter().map(|(name, value, transitions)| {
@@ -129,17 +126,17 @@ pub(crate) fn with_phases(phases: &[(&str, &Value, &Vec<TransitionSpec>)]) -> Va
 }
 
 impl Printer<'_> {
-    fn instance(&self, here: &Instance) -> Located {
+    fn instance(&self, here: Instance) -> Located {
         let mut out = Vec::new();
         if !here.doc.is_empty() {
             out.push(("doc", text(&*here.doc)));
         }
         let bodies: Vec<(String, Located)> = here
             .bodies
-            .iter()
+            .into_iter()
             .map(|(name, b)| {
-                let mut fields = b.fields.clone();
-                let full = full_name(&here.path, name);
+                let mut fields = b.fields;
+                let full = full_name(&here.path, &name);
                 if let Some(parent) = self.told.parents.get(&full) {
                     set(&mut fields, &["parent".into()], &text(parent));
                 }
@@ -153,15 +150,15 @@ impl Printer<'_> {
                     let shapes = self.shapes(&full, &v, &b.home);
                     set(&mut fields, &["shapes".into()], &shapes);
                 }
-                (name.clone(), fields)
+                (name, fields)
             })
             .collect();
-        let parts = here.parts.iter().map(|(name, node)| {
+        let parts = here.parts.into_iter().map(|(name, node)| {
             let value = match node {
-                Node::Model(m) => self.model(m),
+                Node::Model(m) => self.model(&m),
                 Node::Assembly(inner) => self.instance(inner),
             };
-            (name.clone(), value)
+            (name, value)
         });
         let parts: Vec<(String, Located)> = parts.collect();
         if !bodies.is_empty() {
@@ -185,7 +182,7 @@ impl Printer<'_> {
         if !colliders.is_empty() {
             out.push(("colliders", Value::Map(colliders).into()));
         }
-        out.extend(here.self_collision.clone().map(|s| ("self_collision", s)));
+        out.extend(here.self_collision.map(|s| ("self_collision", s)));
         out.push(("parts", Value::Map(parts).into()));
         map(out)
     }

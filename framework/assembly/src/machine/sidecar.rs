@@ -26,17 +26,17 @@ record! {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// Joint → what its coordinate has beside the file.
-        joints: Option<Located> = raw(table_of(of::<Drive>()).describe()).maybe(),
+        joints: Option<Located> = raw(|| table_of(of::<Drive>()).describe()).maybe(),
         /// Couplings by name.
-        couplings: Option<Located> = raw(table_of(of::<CouplingForm>()).describe()).maybe(),
+        couplings: Option<Located> = raw(|| table_of(of::<CouplingForm>()).describe()).maybe(),
         /// Loops by name.
-        loops: Option<Located> = raw(table_of(of::<LoopForm>()).describe()).maybe(),
+        loops: Option<Located> = raw(|| table_of(of::<LoopForm>()).describe()).maybe(),
         /// Link → its wheel.
-        wheels: Option<Located> = raw(table_of(of::<WheelForm>()).describe()).maybe(),
+        wheels: Option<Located> = raw(|| table_of(of::<WheelForm>()).describe()).maybe(),
         /// Link → shapes that collide.
-        contacts: Option<Located> = raw(Schema::Table(Box::new(shapes::schema()))).maybe(),
+        contacts: Option<Located> = raw(|| Schema::Table(Box::new(shapes::schema()))).maybe(),
         /// Nodes by name.
-        nodes: Option<Located> = raw(table_of(of::<(OnLink, Pose)>()).describe()).maybe(),
+        nodes: Option<Located> = raw(|| table_of(of::<(OnLink, Pose)>()).describe()).maybe(),
     }
 }
 record! {
@@ -46,7 +46,7 @@ record! {
         /// Joint → factor.
         terms: Vec<(Text, f64)> = table_of(number("")).or(Vec::new()),
         /// What the sum of factor · coordinate is.
-        constant: Option<Located> = raw(drive_number("rad", "m").describe()).maybe(),
+        constant: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
     }
 }
 record! {

@@ -270,9 +270,9 @@ plain_kinds! {
 }
 
 /// A value as it is written, for somebody else to read.
-pub(crate) struct Raw(Schema);
+pub(crate) struct Raw(fn() -> Schema);
 
-pub(crate) fn raw(schema: Schema) -> Raw {
+pub(crate) fn raw(schema: fn() -> Schema) -> Raw {
     Raw(schema)
 }
 
@@ -285,7 +285,7 @@ impl Kind for Raw {
         x.value.clone()
     }
     fn describe(&self) -> Schema {
-        self.0.clone()
+        (self.0)()
     }
 }
 

@@ -361,9 +361,9 @@ record! {
         /// Unit; a bare number is in it.
         unit: Option<Text> = text().maybe(),
         /// Value when the parent gives none.
-        default: Option<Located> = raw(Schema::Any(Vec::new())).maybe(),
+        default: Option<Located> = raw(|| Schema::Any(Vec::new())).maybe(),
         /// Lowest and highest value.
-        range: Option<Located> = raw(Schema::List(Box::new(Schema::Any(Vec::new())), Some(2))).maybe(),
+        range: Option<Located> = raw(|| Schema::List(Box::new(Schema::Any(Vec::new())), Some(2))).maybe(),
         /// Meaning.
         doc: Option<Text> = text().maybe(),
     }
