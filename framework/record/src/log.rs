@@ -355,7 +355,7 @@ fn open_group(
         let mut metadata = BTreeMap::new();
         for (path, v) in &list {
             let field = path[part.len() + 1..].to_string();
-            metadata.insert(format!("unit.{field}"), v.unit.clone());
+            metadata.insert(format!("unit.{field}"), v.unit.to_string());
         }
         let topic = format!("/{}", part.replace('.', "/"));
         let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;
