@@ -108,7 +108,7 @@ pub(crate) struct Shapes {
 /// The shapes of a body; where no files can be named, only to be seen.
 pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shapes {
     let (mut out, mut taken) = (Shapes::default(), Vec::<String>::new());
-    for (k, item) in list(cx, v, &format!("`{body}`: `shapes`")).iter().enumerate() {
+    for (k, item) in list(cx, v, format!("`{body}`: `shapes`")).iter().enumerate() {
         let at =
             At { what: What::Named(format!("`{body}`: shape {}", k + 1).into()), ..at.clone() };
         let (mut framed, touch) = match (&item.value, at.near.is_some()) {

@@ -231,15 +231,15 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
     };
     let field_of = |field: &str| format!("{what}: `{field}`");
     if let Some(params) = v.get("params") {
-        for (key, value) in table(cx, params, &field_of("params")) {
+        for (key, value) in table(cx, params, field_of("params")) {
             name_at(cx, key, value, "parameter");
             a.params.insert(key.clone(), read_param(cx, key, value));
         }
     }
     if let Some(mounts) = v.get("mounts") {
-        for (key, value) in table(cx, mounts, &field_of("mounts")) {
+        for (key, value) in table(cx, mounts, field_of("mounts")) {
             name_at(cx, key, value, "mount");
-            let doc = read::text(cx, value, &format!("mount `{key}`"));
+            let doc = read::text(cx, value, format!("mount `{key}`"));
             let doc = doc.map(|t| t.text).unwrap_or_default();
             a.mounts.insert(key.clone(), MountDecl { doc, origin: cx.key(value) });
         }
@@ -251,7 +251,7 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
     a.contact = v.get("contact").cloned();
     a.self_collision = v.get("self_collision").filter(|s| s.value != Value::Null).cloned();
     if let Some(parts) = v.get("parts") {
-        for (key, value) in table(cx, parts, &field_of("parts")) {
+        for (key, value) in table(cx, parts, field_of("parts")) {
             name_at(cx, key, value, "part");
             if let Some(part) = read_part(cx, key, value) {
                 a.parts.insert(key.clone(), part);
@@ -261,15 +261,15 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
         }
     }
     if let Some(wires) = v.get("wires") {
-        for wire in list(cx, wires, &field_of("wires")) {
+        for wire in list(cx, wires, field_of("wires")) {
             a.wires.extend(read_wire(cx, wire));
         }
     }
     if let Some(exports) = v.get("exports") {
-        for (key, value) in table(cx, exports, &field_of("exports")) {
+        for (key, value) in table(cx, exports, field_of("exports")) {
             // `drive.rate` and `drive.brake` are a group: one wire to `drive` reaches both.
             key.split('.').for_each(|piece| name_at(cx, piece, value, "export"));
-            if let Some(t) = read::text(cx, value, &format!("export `{key}`")) {
+            if let Some(t) = read::text(cx, value, format!("export `{key}`")) {
                 a.exports.insert(key.clone(), t);
             }
         }
@@ -319,7 +319,7 @@ pub(crate) fn map_field(cx: &mut Cx, v: &Located, field: &str, what: &str) -> Lo
         // `params: "$world"`: a map once the parameter is known.
         return written.clone();
     }
-    table(cx, written, &format!("{what}: `{field}`"));
+    table(cx, written, format!("{what}: `{field}`"));
     if matches!(written.value, Value::Map(_)) { written.clone() } else { empty_map() }
 }
 
@@ -373,6 +373,6 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
         cx.fault(origin, format!("{what} is neither a model nor an assembly"), help);
         return None;
     };
-    let array = v.get("array").map(|a| list(cx, a, &format!("{what}: `array`")).to_vec());
+    let array = v.get("array").map(|a| list(cx, a, format!("{what}: `array`")).to_vec());
     Some(PartForm { kind, params, array, doc: doc(cx, v, &what), origin })
 }

@@ -81,7 +81,7 @@ fn transitions(cx: &mut Cx, overlay: &Located, phase: &str) -> Vec<TransitionSpe
     let what = format!("phase `{phase}`: `to`");
     let mut out = Vec::new();
     for (target, when) in table(cx, to, &what) {
-        if let Some(when) = read::text(cx, when, &format!("{what}: `{target}`")) {
+        if let Some(when) = read::text(cx, when, format!("{what}: `{target}`")) {
             let Text { text, origin } = when;
             out.push(TransitionSpec { to: target.clone(), when: text, origin });
         }
@@ -132,9 +132,9 @@ fn build(
         });
     }
     if let Some(gone) = overlay.get("remove") {
-        let gone = list(cx, gone, &format!("{what}: `remove`")).to_vec();
+        let gone = list(cx, gone, format!("{what}: `remove`")).to_vec();
         for item in gone {
-            if let Some(t) = read::text(cx, &item, &format!("{what}: `remove`")) {
+            if let Some(t) = read::text(cx, &item, format!("{what}: `remove`")) {
                 remove(cx, &mut base, &t, &what);
             }
         }

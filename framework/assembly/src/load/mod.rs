@@ -290,7 +290,7 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     let resolved = match &mut compiled[..] {
         [(name, _, value, ..)] if name.is_empty() => std::mem::replace(value, Value::Null),
         all => {
-            let all: Vec<_> = all.iter().map(|(n, _, v, t, _)| (n.as_str(), &*v, t)).collect();
+            let all: Vec<_> = all.iter().map(|(n, _, v, t, _)| (n.as_str(), v, t)).collect();
             resolved::with_phases(&all)
         }
     };

@@ -384,7 +384,7 @@ pub(crate) fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
         Value::List(ends) if ends.len() == 2 => {
             let mut end = |e: &Located| match e.value {
                 Value::Number(x) if x.is_infinite() => Some(x),
-                _ => number(cx, e, &format!("{what}: `range`"), unit_text),
+                _ => number(cx, e, format!("{what}: `range`"), unit_text),
             };
             Some((end(&ends[0])?, end(&ends[1])?))
         }
