@@ -125,7 +125,7 @@ impl Simulation {
             Ok(())
         })?
         .map_err(|e: String| refuse(e))?;
-        let units = variables.iter().map(|v| v.unit.clone()).collect();
+        let units = variables.iter().map(|v| v.unit.to_string()).collect();
         Ok(Log { names, units, rows })
     }
 
