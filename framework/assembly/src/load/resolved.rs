@@ -10,6 +10,7 @@ use crate::text::print::document;
 use crate::text::value::{entries, full_name, map, set};
 use linkwork_collision::ColliderSpec;
 use linkwork_runtime::{BindSpec, BindTarget, Located, Spec, TransitionSpec, Value};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Deref;
 use std::sync::OnceLock;
@@ -50,7 +51,8 @@ impl PartialEq for Resolved {
 struct Printer<'a> {
     files: &'a Files<'a>,
     told: &'a Told,
-    binds: &'a [BindSpec],
+    /// By part.
+    binds: BTreeMap<&'a str, Vec<&'a BindSpec>>,
 }
 
 fn text(t: impl Into<String>) -> Located {
@@ -65,7 +67,10 @@ pub(crate) fn value(
     spec: &Spec,
     told: &Told,
 ) -> Value {
-    let p = Printer { files, told, binds: &spec.binds };
+    let mut p = Printer { files, told, binds: BTreeMap::new() };
+    for bind in &spec.binds {
+        p.binds.entry(&bind.part).or_default().push(bind);
+    }
     let mut out = vec![("resolved", Value::Bool(true).into())];
     let drop = [
         "assembly",
@@ -197,7 +202,7 @@ impl Printer<'_> {
         }
         out.extend(m.rate.clone().map(|r| ("rate", r)));
         out.extend(m.offset.clone().map(|o| ("offset", o)));
-        let bind = self.binds.iter().filter(|b| b.part == m.path).map(|b| {
+        let bind = self.binds.get(&*m.path).into_iter().flatten().map(|b| {
             let target = match &b.target {
                 BindTarget::Node(node) => format!("node:/{node}"),
                 BindTarget::Hinge { body, index } => format!("hinge:/{body}[{index}]"),
