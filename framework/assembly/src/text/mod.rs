@@ -3,6 +3,7 @@ pub(crate) mod files;
 pub(crate) mod parse;
 pub(crate) mod parsed;
 pub(crate) mod patterns;
+pub(crate) mod pieces;
 pub(crate) mod print;
 pub(crate) mod quick;
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! What stands here is a part of RON; a text that goes beyond it in a single place (attributes, raw texts and raw names,
 //! characters, `Some`, a key that is written twice, and all that is no RON) is left to [`parse`](super::parse) as a whole, which
 //! tells what is wrong. Both give the same values at the same places.
-use crate::text::parse::scalar;
+use crate::text::pieces::scalar;
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::BTreeSet;
 
