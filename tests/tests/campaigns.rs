@@ -23,7 +23,7 @@ fn read(path: &Path, library: &Library) -> Campaign {
 
 /// All that a run is: its program, its configuration, the files that it read, and its state on the way.
 fn all(ready: Ready, steps: usize) -> (u64, String, String, Vec<u64>) {
-    let (hash, text) = (ready.program.hash, ready.loaded.resolved.to_string());
+    let (hash, text) = (ready.program.hash(), ready.loaded.resolved.to_string());
     let files = format!("{:?} {:?}", ready.files.prints(), ready.loaded.sources.files);
     let mut sim = Simulation::of(Arc::new(ready.program));
     let step = |_| {

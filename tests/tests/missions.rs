@@ -204,7 +204,7 @@ fn a_simulation_with_phases_comes_back_from_its_resolved_text() {
         let program = loaded.compile(&catalogue, &Files::default()).unwrap();
         let mut sim = Simulation::of(Arc::new(program));
         sim.run_until(seconds(12.0)).unwrap();
-        (sim.program().hash, sim.hash(), loaded.resolved)
+        (sim.program().hash(), sim.hash(), loaded.resolved)
     };
     let (plan, bits, resolved) = run(&text);
     let (plan2, bits2, again) = run(&resolved);

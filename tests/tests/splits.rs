@@ -240,7 +240,7 @@ fn every_simulation_comes_back_from_its_resolved_text() {
         let folder = file.parent().unwrap().join("resolved.ron");
         let again = library().text(&folder.display().to_string(), &ready.loaded.resolved);
         let again = again.map_err(|f| format!("{}: {}", file.display(), f.render(false))).unwrap();
-        assert_eq!(again.program.hash, ready.program.hash, "{}", file.display());
+        assert_eq!(again.program.hash(), ready.program.hash(), "{}", file.display());
     }
 }
 

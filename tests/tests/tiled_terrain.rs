@@ -217,7 +217,7 @@ fn bodies_meet_a_region_and_are_refused_without_one() {
 fn a_plan_knows_every_tile() {
     let maps = Maps::new("hash");
     let text = tiled(&maps, "");
-    let hash = || common::scene(&text, &[]).unwrap().plan().hash;
+    let hash = || common::scene(&text, &[]).unwrap().plan().hash();
     let before = hash();
     assert_eq!(before, hash());
     // A tile far from the machine, written anew with another height.

@@ -175,13 +175,13 @@ fn unit_of(text: Option<&str>, param: &str) -> Result<Unit, BuildError> {
 
 /// What conditions may read: the signals, and `elapsed` after them.
 fn variables(signals: &[Signal]) -> BTreeMap<String, Variable> {
-    let variable = |place: usize, unit: &str, doc: &str| Variable {
+    let variable = |place: usize, unit: &str, doc: &'static str| Variable {
         place: Place::Signal(place as u32),
         role: Role::Input,
-        unit: unit.into(),
+        unit: unit.to_string().into(),
         doc: doc.into(),
         kind: PortKind::Numbers,
-        part: String::new(),
+        part: "".into(),
     };
     let named = signals
         .iter()

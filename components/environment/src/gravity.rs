@@ -256,14 +256,16 @@ pub struct ZonalParams {
 
 /// Point mass and J₂ to J₄.
 pub struct ZonalGravity {
-    p: ZonalParams,
+    mu: f64,
+    radius: f64,
+    /// J₂ … as far as the last that is not zero.
+    j: Vec<f64>,
     site: Option<Site>,
 }
 
 impl Gravity for ZonalGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-        let ZonalParams { mu, radius, j2, j3, j4, .. } = self.p;
-        around(self.site.as_ref(), p, |p| zonal(mu, radius, &[j2, j3, j4], p))
+        around(self.site.as_ref(), p, |p| zonal(self.mu, self.radius, &self.j, p))
     }
     fn scale(&self, _: f64, p: Vec3) -> f64 {
         // As a series of degree 4.
@@ -280,7 +282,10 @@ impl Service for ZonalGravity {
     type Params = ZonalParams;
     fn build(p: ZonalParams, _: &Files) -> Result<Self, BuildError> {
         let site = p.planet.as_ref().map_or(Ok(None), PlanetParams::site_about_z)?;
-        Ok(ZonalGravity { p, site })
+        let ZonalParams { mu, radius, j2, j3, j4, .. } = p;
+        let mut j = vec![j2, j3, j4];
+        j.truncate(j.iter().rposition(|j| *j != 0.0).map_or(0, |last| last + 1));
+        Ok(ZonalGravity { mu, radius, j, site })
     }
 }
 

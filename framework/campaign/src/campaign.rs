@@ -103,7 +103,7 @@ impl Campaign {
         campaign.sources = ready.loaded.sources.clone();
         campaign.file_seed = ready.plan().seed;
         campaign.watch_choices(library);
-        campaign.identity = campaign.identify(ready.plan().hash);
+        campaign.identity = campaign.identify(ready.plan().hash());
         Ok(campaign)
     }
 
@@ -201,7 +201,7 @@ impl Campaign {
             }
             faults
         })?;
-        let variable = |k: &usize| (names[*k].clone(), variables[names[*k]].unit.clone());
+        let variable = |k: &usize| (names[*k].clone(), variables[names[*k]].unit.to_string());
         let variables: Vec<(String, String)> = found.iter().map(variable).collect();
         let end = end(ready.loaded.simulation.until, self.form.until).0;
         let rows = end.map_or(0.0, |end| {

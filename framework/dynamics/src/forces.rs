@@ -86,9 +86,10 @@ impl Workspace {
     fn pull(&mut self, tree: &Tree, id: BodyId, field: &mut impl FnMut(&Vec3) -> Vec3) {
         let inertia = tree.multibody().get(id).inertia();
         if inertia.mass() > 0.0 {
-            let g = field(&self.rigid_com(tree, id));
+            let com = inertia.com();
+            let g = field(&self.rigid_point(tree, id, &com));
             let f = Force::new(Vec3::zeros(), g * inertia.mass());
-            self.add(tree.body(id), &inertia.com(), f);
+            self.add(tree.body(id), &com, f);
         }
     }
 

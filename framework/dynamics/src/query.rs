@@ -104,13 +104,13 @@ impl Workspace {
             let c = crate::flexible::body_com(tree, flex, self, body);
             return self.body_pose(tree, body).position + c;
         }
-        self.rigid_com(tree, body)
+        self.rigid_point(tree, body, &tree.multibody().get(body).inertia().com())
     }
 
-    /// The same for what does not bend.
-    pub(crate) fn rigid_com(&self, tree: &Tree, body: BodyId) -> Vec3 {
+    /// Where a point of a body that does not bend is (m, world), from its place on the body (m).
+    pub(crate) fn rigid_point(&self, tree: &Tree, body: BodyId, p: &Vec3) -> Vec3 {
         let at = tree.body(body);
-        let c = at.p + at.R * tree.multibody().get(body).inertia().com();
+        let c = at.p + at.R * p;
         let kin = &self.work.kin[at.slot as usize];
         vec3(&kin.R.mul_add(v3(&c), kin.p))
     }

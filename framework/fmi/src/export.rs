@@ -88,7 +88,7 @@ pub fn export(ready: Ready, what: &Export, out: &Path) -> Result<Exported, Failu
         let message = format!("`{}` cannot be read: {e}", what.library.display());
         plain(message, "name the shared library of units with --library")
     })?;
-    let hash = ready.program.hash;
+    let hash = ready.program.hash();
     let until = ready.loaded.simulation.until.map(|u| u.seconds());
     let resolved = ready.loaded.resolved.to_string();
     let (title, doc) = (what.name.clone(), ready.loaded.simulation.doc.clone());

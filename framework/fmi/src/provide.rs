@@ -109,7 +109,7 @@ fn open(folder: &Path, token: &str, library: fn() -> Library) -> Answer<(Arc<Pro
     }
     let text = read("simulation.ron")?;
     let ready = library().text("simulation.ron", &text).map_err(|f| f.render(false))?;
-    if ready.program.hash != contents.hash {
+    if ready.program.hash() != contents.hash {
         return Err("the unit's library makes another plan of its configuration than the program \
                     that exported it: build both from one version, and export again"
             .into());

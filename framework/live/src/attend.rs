@@ -305,7 +305,7 @@ fn list<W: Watch>(patterns: &[String], runner: &Runner<W>) -> Result<Said, No> {
         let (message, help) = first.map_or_else(Default::default, |f| (f.message, f.help));
         No { message, help: help.unwrap_or_default() }
     })?;
-    let one = |k: usize| (names[k].clone(), known[names[k]].unit.clone());
+    let one = |k: usize| (names[k].clone(), known[names[k]].unit.to_string());
     Ok(Said::Names { names: found.into_iter().map(one).collect() })
 }
 

@@ -147,7 +147,7 @@ pub fn verify(file: &Path) -> u8 {
         Ok(ready) => ready,
         Err(code) => return code,
     };
-    let plan = format!("{:016x}", ready.plan().hash);
+    let plan = format!("{:016x}", ready.plan().hash());
     if about.get("plan").is_some_and(|logged| *logged != plan) {
         tell!(
             "warning: the plan is not that of the log ({} then, {plan} now): a file that it reads has changed, or this \

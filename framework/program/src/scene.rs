@@ -178,7 +178,7 @@ fn panels(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Vec<Panel> {
             }
         };
         let paths: Vec<&str> = found.iter().map(|&k| names[k]).collect();
-        let own = paths.first().map_or("", |p| plan.variables[*p].unit.as_str());
+        let own = paths.first().map_or("", |p| &*plan.variables[*p].unit);
         let unit = plot.unit.as_ref().map_or(own, |u| u.text.as_str());
         let scale = match Unit::parse(if unit.is_empty() { "1" } else { unit }) {
             Ok(u) => u,

@@ -200,7 +200,7 @@ impl Log {
             .map_err(|e| fail(why(&e)))?;
         let mut about = spec.about.clone();
         about.insert("seed".into(), plan.seed.to_string());
-        about.insert("plan".into(), format!("{:016x}", plan.hash));
+        about.insert("plan".into(), format!("{:016x}", plan.hash()));
         about.insert("linkwork".into(), env!("CARGO_PKG_VERSION").into());
         about.insert("step".into(), plan.step.to_string());
         writer
@@ -355,7 +355,7 @@ fn open_group(
         let mut metadata = BTreeMap::new();
         for (path, v) in &list {
             let field = path[part.len() + 1..].to_string();
-            metadata.insert(format!("unit.{field}"), v.unit.clone());
+            metadata.insert(format!("unit.{field}"), v.unit.to_string());
         }
         let topic = format!("/{}", part.replace('.', "/"));
         let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;

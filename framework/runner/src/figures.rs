@@ -87,7 +87,7 @@ impl Figures {
                     continue;
                 }
             };
-            let unit = f.unit.as_ref().map_or(v.unit.clone(), |u| u.text.clone());
+            let unit = f.unit.as_ref().map_or_else(|| v.unit.to_string(), |u| u.text.clone());
             let parsed = if unit.is_empty() { Ok(Unit::ONE) } else { Unit::parse(&unit) };
             let own = Unit::parse(&v.unit).unwrap_or(Unit::ONE);
             match parsed {

@@ -118,7 +118,7 @@ impl Drop for Folder {
 
 fn is_of(path: &Path, plan: &Plan, configuration: &str) -> bool {
     Checkpoint::read(path).is_ok_and(|c| {
-        c.plan == plan.hash && c.seed == plan.seed && c.configuration == configuration
+        c.plan == plan.hash() && c.seed == plan.seed && c.configuration == configuration
     })
 }
 

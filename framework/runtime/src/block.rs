@@ -3,7 +3,7 @@
 use crate::field::Shown;
 use crate::model::{BuildError, Description, Model, Store};
 use crate::overlay::SharedOverlay;
-use crate::ports::Lanes;
+use crate::ports::{Lanes, Text};
 use crate::slopes::{Operation, Slopes};
 use crate::time::Clock;
 use crate::value::Value;
@@ -302,11 +302,11 @@ pub struct Named {
     /// What.
     pub role: crate::plan::Role,
     /// Unit.
-    pub unit: String,
+    pub unit: Text,
     /// Meaning.
-    pub doc: String,
+    pub doc: Text,
     /// Path of the part or body that it belongs to.
-    pub part: String,
+    pub part: Arc<str>,
 }
 
 /// [`Prototype`] of a model type.

@@ -135,7 +135,7 @@ pub enum CheckpointError {
 impl Simulation {
     /// Fills a snapshot.
     pub fn save_into(&self, s: &mut Snapshot) {
-        s.program = self.program().hash;
+        s.program = self.program().hash();
         s.state.copy_from(&self.state);
         s.stores.resize_with(self.plan().stored.len(), || None);
         for (&k, slot) in self.plan().stored.iter().zip(&mut s.stores) {
@@ -158,7 +158,7 @@ impl Simulation {
     /// [`CheckpointError::Mismatch`] when it is of another program; [`CheckpointError::Store`] when it
     /// lacks the store of a part that cannot be saved.
     pub fn load_from(&mut self, s: &Snapshot) -> Result<(), CheckpointError> {
-        if s.program != self.program().hash {
+        if s.program != self.program().hash() {
             let why = "parameters, rates or wires differ".to_string();
             return Err(CheckpointError::Mismatch { why });
         }
@@ -194,7 +194,7 @@ impl Simulation {
         }
         Ok(Checkpoint {
             version: env!("CARGO_PKG_VERSION").to_string(),
-            plan: self.program().hash,
+            plan: self.program().hash(),
             tick: self.state.tick,
             row: self.state.row,
             instant: Instant {
@@ -241,7 +241,7 @@ impl Simulation {
             return mismatch(format!("only in the checkpoint: {missing:?}; only here: {extra:?}"));
         }
         let lanes = plan.sizes.x + plan.sizes.d + plan.sizes.sig;
-        if self.program().hash != c.plan
+        if self.program().hash() != c.plan
             || c.lanes.len() != 8 * lanes
             || c.guards.len() != plan.guards.len()
         {

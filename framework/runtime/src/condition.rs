@@ -385,13 +385,13 @@ mod tests {
     use crate::ports::PortKind;
 
     fn variables() -> BTreeMap<String, Variable> {
-        let v = |place, unit: &str| Variable {
+        let v = |place, unit: &'static str| Variable {
             place,
             role: Role::Output,
             unit: unit.into(),
-            doc: String::new(),
+            doc: "".into(),
             kind: PortKind::Numbers,
-            part: String::new(),
+            part: "".into(),
         };
         [
             ("A.mach".to_string(), v(Place::Signal(0), "1")),

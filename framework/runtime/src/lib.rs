@@ -10,6 +10,7 @@ mod checkpoint;
 mod compile;
 mod condition;
 mod field;
+mod identity;
 mod made;
 mod mechanism;
 mod model;

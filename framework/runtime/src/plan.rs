@@ -1,8 +1,9 @@
 //! The plan: everything about a simulation that does not change while it runs. Shared between runs.
 use crate::block::{Prototype, Wiring};
 use crate::condition::Condition;
+use crate::identity::Identity;
 use crate::model::lanes;
-use crate::ports::{Direction, PortKind};
+use crate::ports::{Direction, PortKind, Text};
 use crate::services::Services;
 use crate::time::Seconds;
 use crate::value::{Fault, Origin};
@@ -82,8 +83,8 @@ pub struct Plan {
     pub rest: Option<SettledStart>,
     /// What is allowed and probably not meant.
     pub warnings: Vec<Fault>,
-    /// Hash of structure and layout: equal plans can exchange states.
-    pub hash: u64,
+    /// What its hash is made of.
+    pub(crate) identity: Identity,
 }
 
 /// A start at rest.
@@ -183,6 +184,8 @@ pub struct Watched {
 pub struct PartPlan {
     /// Dotted path.
     pub path: String,
+    /// Name of its model.
+    pub model: String,
     /// Where it is written.
     pub origin: Origin,
     /// The built model.
@@ -290,13 +293,13 @@ pub struct Variable {
     /// What.
     pub role: Role,
     /// Unit as written in the source.
-    pub unit: String,
+    pub unit: Text,
     /// Meaning.
-    pub doc: String,
+    pub doc: Text,
     /// Number or truth value.
     pub kind: PortKind,
     /// Path of the part that owns it.
-    pub part: String,
+    pub part: Arc<str>,
 }
 
 /// A wire as resolved, for listings.

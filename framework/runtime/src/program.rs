@@ -2,6 +2,7 @@
 //! All are compiled before the first step, so that a mistake in the last is found at load.
 use crate::catalogue::Catalogue;
 use crate::compile::{WhenSpec, Within, common_tick, compile_phase};
+use crate::identity::Identity;
 use crate::noise;
 use crate::plan::{Fires, Place, Plan, Variable};
 use crate::services::Files;
@@ -42,8 +43,6 @@ pub struct Program {
     pub phases: Vec<Phase>,
     /// For each phase, the lane of each channel ([`Place::Channel`]).
     pub channels: Vec<Vec<Option<Place>>>,
-    /// Hash over all plans.
-    pub hash: u64,
     /// For each transition from phase to phase: where the state goes.
     pub(crate) routes: BTreeMap<(u32, u32), Route>,
 }
@@ -57,33 +56,37 @@ pub struct Phase {
 }
 
 impl Program {
+    /// Hash over all plans.
+    pub fn hash(&self) -> u64 {
+        self.phases[0].plan.hash()
+    }
+
     /// A program that never changes.
     pub fn single(plan: Arc<Plan>) -> Program {
-        let hash = plan.hash;
         Program {
             phases: vec![Phase { name: String::new(), plan }],
             channels: vec![Vec::new()],
-            hash,
             routes: BTreeMap::new(),
         }
     }
 
     /// A program of these phases, by name. Their plans get the variables of all, and one hash.
-    pub fn new(phases: Vec<(String, Plan)>) -> Program {
-        let several = phases.len() > 1;
+    pub fn new(mut phases: Vec<(String, Plan)>) -> Program {
+        if phases.len() == 1
+            && let Some((name, plan)) = phases.pop()
+        {
+            let mut program = Program::single(Arc::new(plan));
+            program.phases[0].name = name;
+            return program;
+        }
         let text: Vec<String> =
-            phases.iter().map(|(name, plan)| format!("{name} {}\n", plan.hash)).collect();
-        let hash = match (&phases[..], several) {
-            ([(_, only)], false) => only.hash,
-            _ => noise::hash(text.concat().bytes()),
-        };
+            phases.iter().map(|(name, plan)| format!("{name} {}\n", plan.hash())).collect();
+        let hash = noise::hash(text.concat().bytes());
         let (variables, channels) = channels(&phases);
         let variables = Arc::new(variables);
         let join = |(name, mut plan): (String, Plan)| {
-            if several {
-                plan.variables = variables.clone();
-                plan.hash = hash;
-            }
+            plan.variables = variables.clone();
+            plan.identity = Identity::shared(hash);
             Phase { name, plan: Arc::new(plan) }
         };
         let phases: Vec<Phase> = phases.into_iter().map(join).collect();
@@ -96,7 +99,7 @@ impl Program {
                 }
             }
         }
-        Program { phases, channels, hash, routes }
+        Program { phases, channels, routes }
     }
 }
 

@@ -101,10 +101,9 @@ impl Unit {
         if text.trim() == "*" {
             return Ok(Unit::ANY);
         }
-        let chars: Vec<char> = text.chars().collect();
-        let mut reader = Reader { chars: &chars, at: 0, text };
+        let mut reader = Reader { text, at: 0 };
         let unit = reader.product()?;
-        if reader.at < chars.len() {
+        if reader.at < text.len() {
             return Err(reader.error("unexpected `)`"));
         }
         Ok(unit)
@@ -148,23 +147,35 @@ impl fmt::Display for Unit {
 }
 
 struct Reader<'a> {
-    chars: &'a [char],
-    at: usize,
     text: &'a str,
+    /// The next byte.
+    at: usize,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
     fn error(&self, why: &str) -> UnitError {
         UnitError { text: self.text.to_string(), why: why.to_string() }
+    }
+
+    fn next(&self) -> Option<char> {
+        self.text[self.at..].chars().next()
+    }
+
+    /// To the first character that is not of a kind.
+    fn skip(&mut self, of: impl Fn(char) -> bool) -> &'a str {
+        let rest = &self.text[self.at..];
+        let end = rest.find(|c| !of(c)).unwrap_or(rest.len());
+        self.at += end;
+        &rest[..end]
     }
 
     fn product(&mut self) -> Result<Unit, UnitError> {
         let mut unit = Unit::ONE;
         let mut sign = 1;
         let mut factors = 0;
-        while self.at < self.chars.len() {
-            match self.chars[self.at] {
-                ' ' | '*' | '·' => self.at += 1,
+        while let Some(c) = self.next() {
+            match c {
+                ' ' | '*' | '·' => self.at += c.len_utf8(),
                 '/' => {
                     if sign < 0 {
                         return Err(self.error("two divisions in a row"));
@@ -188,21 +199,17 @@ impl Reader<'_> {
     }
 
     fn factor(&mut self) -> Result<Unit, UnitError> {
-        let unit = if self.chars[self.at] == '(' {
+        let unit = if self.next() == Some('(') {
             self.at += 1;
             let inner = self.product()?;
-            if self.chars.get(self.at) != Some(&')') {
+            if self.next() != Some(')') {
                 return Err(self.error("`)` is missing"));
             }
             self.at += 1;
             inner
         } else {
-            let start = self.at;
-            while self.at < self.chars.len() && !" *·/()^²³".contains(self.chars[self.at]) {
-                self.at += 1;
-            }
-            let symbol: String = self.chars[start..self.at].iter().collect();
-            match lookup(&symbol) {
+            let symbol = self.skip(|c| !" *·/()^²³".contains(c));
+            match lookup(symbol) {
                 Some(unit) => unit,
                 None if symbol == self.text => {
                     return Err(self.error("there is no such symbol"));
@@ -215,30 +222,23 @@ impl Reader<'_> {
     }
 
     fn power(&mut self) -> Result<i8, UnitError> {
-        match self.chars.get(self.at) {
-            Some('²') => {
-                self.at += 1;
-                Ok(2)
-            }
-            Some('³') => {
-                self.at += 1;
-                Ok(3)
-            }
+        let power = match self.next() {
+            Some('²') => 2,
+            Some('³') => 3,
             Some('^') => {
                 self.at += 1;
                 let start = self.at;
-                while self
-                    .chars
-                    .get(self.at)
-                    .is_some_and(|c| c.is_ascii_digit() || (*c == '-' && self.at == start))
-                {
+                if self.next() == Some('-') {
                     self.at += 1;
                 }
-                let digits: String = self.chars[start..self.at].iter().collect();
-                digits.parse().map_err(|_| self.error("a power is a small integer"))
+                self.skip(|c| c.is_ascii_digit());
+                let digits = &self.text[start..self.at];
+                return digits.parse().map_err(|_| self.error("a power is a small integer"));
             }
-            _ => Ok(1),
-        }
+            _ => return Ok(1),
+        };
+        self.at += '²'.len_utf8();
+        Ok(power)
     }
 }
 

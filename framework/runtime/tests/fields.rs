@@ -248,7 +248,7 @@ fn no_order_of_parts_matters() {
     let mut turned = walkers(Integrator::Rk4);
     turned.parts.reverse();
     let turned = compiled(&turned);
-    assert_eq!(straight.hash, turned.hash);
+    assert_eq!(straight.hash(), turned.hash());
     let [mut a, mut b] = [straight, turned].map(Simulation::new);
     a.run_until(seconds(2.0)).unwrap();
     b.run_until(seconds(2.0)).unwrap();

@@ -171,3 +171,18 @@ fn what_tumbles_flies_straight_with_semi_implicit_euler() {
         assert!((at - want).abs() < 2e-2, "{axis}: {at}, not {want}");
     }
 }
+
+/// It is made when somebody asks first: neither how a machine is put down before, nor a run, leaves a trace in it.
+#[test]
+fn the_hash_of_a_plan_is_the_same_whenever_it_is_asked() {
+    let swinging = || plan(&swing(Integrator::Rk4, 0.01));
+    let early = swinging();
+    let hash = early.hash();
+    let mut late = swinging();
+    Arc::get_mut(&mut late).unwrap().mechanism_mut().unwrap().q[0] += 0.1;
+    let mut sim = Simulation::new(late.clone());
+    sim.run_until(seconds(0.1)).unwrap();
+    assert_eq!(sim.program().hash(), hash);
+    assert_eq!((early.hash(), late.hash()), (hash, hash));
+    assert_ne!(plan(&swing(Integrator::Rk4, 0.02)).hash(), hash);
+}

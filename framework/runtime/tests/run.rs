@@ -87,7 +87,7 @@ fn the_order_of_parts_and_wires_does_not_matter() {
     a.parts.reverse();
     a.wires.rotate_left(4);
     let second = plan(&a);
-    assert_eq!(first.hash, second.hash);
+    assert_eq!(first.hash(), second.hash());
     let (mut x, mut y) = (Simulation::new(first), Simulation::new(second));
     x.run_until(seconds(2.0)).unwrap();
     y.run_until(seconds(2.0)).unwrap();

@@ -40,7 +40,7 @@ record! {
         /// Body, node or `world`.
         on: Option<Text> = text().wanted("write `on: \"world\"`, or a body"),
         /// The shape.
-        shape: Located = raw(seen().describe()).need("write `shape: HalfSpace`"),
+        shape: Located = raw(|| seen().describe()).need("write `shape: HalfSpace`"),
         /// The shape's frame in that of `on`.
         at: Pose = crate::schema::record::of::<Pose>().or(Pose::identity()),
         /// Red, green, blue, opacity.

@@ -39,7 +39,7 @@ record! {
         /// together over a time.
         closing: Option<Closing> = ClosingKind.or(None),
         /// Where the prescribed coordinates start.
-        initial: Option<Located> = raw(initial::schema()).maybe(),
+        initial: Option<Located> = raw(initial::schema).maybe(),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
     }
@@ -50,7 +50,7 @@ record! {
         /// Coordinate → factor, or a list that keeps its order.
         terms: Option<Terms> = TermsKind.maybe(),
         /// What the sum of factor · coordinate is.
-        constant: Option<Located> = raw(drive_number("rad", "m").describe()).maybe(),
+        constant: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
         /// The coordinate that follows another, in short.
         mimic: Option<Text> = text().maybe(),
         /// The coordinate that it follows.
@@ -58,7 +58,7 @@ record! {
         /// How far it follows.
         ratio: Option<f64> = number("").maybe(),
         /// Its value when the other is zero.
-        offset: Option<Located> = raw(drive_number("rad", "m").describe()).maybe(),
+        offset: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
         /// How it is solved.
         solve: Treatment = treatment().or(Treatment::Auto),
         /// Documentation.

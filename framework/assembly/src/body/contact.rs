@@ -36,7 +36,7 @@ record! {
         /// Whether limits of hinges hold.
         limits: bool = flag().or(true),
         /// Dry friction of coordinates: `"hinge:arm": "2 N m"`.
-        dry: Vec<(Text, Located)> = table_of(raw(crate::schema::kind::drive_number("N m", "N").describe())).or(Vec::new()),
+        dry: Vec<(Text, Located)> = table_of(raw(|| crate::schema::kind::drive_number("N m", "N").describe())).or(Vec::new()),
         /// How the complementarity problem is solved.
         method: Method = word(&[
             ("Auto", Method::Auto),

@@ -48,9 +48,9 @@ record! {
 record! {
     struct Chained: "start of a chain" {
         /// A number for each subhinge, parent's side first; with a ball in the chain all numbers, in SI.
-        coordinates: Option<Located> = crate::schema::kind::raw(list_of(drive_number("rad", "m")).describe()).maybe(),
+        coordinates: Option<Located> = crate::schema::kind::raw(|| list_of(drive_number("rad", "m")).describe()).maybe(),
         /// Their rates.
-        rates: Option<Located> = crate::schema::kind::raw(list_of(drive_number("rad/s", "m/s")).describe()).maybe(),
+        rates: Option<Located> = crate::schema::kind::raw(|| list_of(drive_number("rad/s", "m/s")).describe()).maybe(),
     }
 }
 

@@ -35,11 +35,11 @@ record! {
         /// The hinge's frame in the body.
         hinge_frame: Pose = of::<Pose>().or(Pose::identity()),
         /// Where it starts and how it moves then.
-        initial: Option<Located> = raw(initial::schema()).maybe(),
+        initial: Option<Located> = raw(initial::schema).maybe(),
         /// How it bends.
         modes: Option<Modes> = modes().maybe(),
         /// What it looks like, and what of it collides.
-        shapes: Option<Located> = raw(shapes::schema()).maybe(),
+        shapes: Option<Located> = raw(shapes::schema).maybe(),
         /// Frames on it that can be named.
         nodes: Vec<(Text, Pose)> = table_of(of::<Pose>()).or(Vec::new()),
         /// Documentation.

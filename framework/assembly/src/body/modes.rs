@@ -21,6 +21,7 @@ use linkwork_multibody::modes::{
 };
 use linkwork_runtime::{Located, Origin, Value};
 use linkwork_spatial::{MassProperties, Pose, Vec3};
+use std::fmt::Display;
 use std::path::Path;
 
 const KINDS: [&str; 4] = ["Beam", "Plate", "File", "Modes"];
@@ -256,10 +257,10 @@ impl Kind for ModesKind {
 fn generated(
     cx: &mut Cx,
     origin: Origin,
-    what: &str,
+    what: impl Display,
     modes: Result<Modes, Vec<GeneratorFault>>,
 ) -> Option<Modes> {
-    modes.map_err(|faults| cx.explained(origin, what, faults)).ok()
+    modes.map_err(|faults| cx.explained(origin, &what.to_string(), faults)).ok()
 }
 
 fn beam(cx: &mut Cx, v: &Located, b: BeamForm, at: &At<'_>) -> Option<Modes> {

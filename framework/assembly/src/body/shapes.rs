@@ -2,7 +2,7 @@
 use crate::body::collider::{Collider, Surface};
 use crate::body::solid::{colliding, only_collides, seen};
 use crate::schema::describe::Schema;
-use crate::schema::kind::{At, Kind, color, flag, number, raw, text, vector};
+use crate::schema::kind::{At, Kind, What, color, flag, number, raw, text, vector};
 use crate::schema::read::{fields, list};
 use crate::schema::record::{Presence, Record, argument, of, record, variant_of};
 use crate::text::report::Cx;
@@ -30,7 +30,7 @@ record! {
     /// A shape with its frame.
     struct Framed: "shape" {
         /// The shape.
-        shape: Located = raw(any_shape()).need("write `shape: Sphere(0.1)`"),
+        shape: Located = raw(any_shape).need("write `shape: Sphere(0.1)`"),
         /// Its frame in the body.
         at: Pose = of::<Pose>().or(Pose::identity()),
         /// Red, green, blue, opacity.
@@ -54,7 +54,7 @@ record! {
     /// What a shape says when it may collide.
     struct Touch: "touch" {
         /// `true`, or how it collides.
-        collide: Option<Located> = raw(Schema::Any(vec![Schema::Flag, Collide::describe()])).maybe(),
+        collide: Option<Located> = raw(|| Schema::Any(vec![Schema::Flag, Collide::describe()])).maybe(),
         /// Whether it is seen.
         visible: bool = flag().or(true),
     }
@@ -62,7 +62,7 @@ record! {
 record! {
     struct OwnShape: "collide" {
         /// What collides instead of what is shown.
-        shape: Option<Located> = raw(seen().describe()).maybe(),
+        shape: Option<Located> = raw(|| seen().describe()).maybe(),
     }
 }
 type Collide = (OwnShape, Surface);
@@ -108,8 +108,9 @@ pub(crate) struct Shapes {
 /// The shapes of a body; where no files can be named, only to be seen.
 pub(crate) fn shapes(cx: &mut Cx, v: &Located, body: &str, at: &At<'_>) -> Shapes {
     let (mut out, mut taken) = (Shapes::default(), Vec::<String>::new());
-    for (k, item) in list(cx, v, &format!("`{body}`: `shapes`")).iter().enumerate() {
-        let at = At { what: format!("`{body}`: shape {}", k + 1), ..at.clone() };
+    for (k, item) in list(cx, v, format!("`{body}`: `shapes`")).iter().enumerate() {
+        let at =
+            At { what: What::Named(format!("`{body}`: shape {}", k + 1).into()), ..at.clone() };
         let (mut framed, touch) = match (&item.value, at.near.is_some()) {
             (Value::Map(_), true) => match <(Framed, Touch)>::read(cx, item, &at) {
                 Some(both) => both,

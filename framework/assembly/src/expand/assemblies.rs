@@ -85,8 +85,8 @@ impl<'o> Assemblies<'o> {
             return Some((home.clone(), known));
         }
         let faults = cx.faults.len();
-        let inner = assembly_fields(cx, file, key)?;
-        let read = self.of_fields(cx, &inner, key, home)?;
+        let mut inner = assembly_fields(cx, file, key)?;
+        let read = self.of_fields(cx, &mut inner, key, home)?;
         if let (Some(once), true) = (once, cx.faults.len() == faults && inner.get("like").is_none())
         {
             once.form.get_or_init(|| read.1.clone());
@@ -98,7 +98,7 @@ impl<'o> Assemblies<'o> {
     pub fn of_fields(
         &mut self,
         cx: &mut Cx,
-        inner: &Located,
+        inner: &mut Located,
         key: &str,
         home: &Home,
     ) -> Option<Read> {

@@ -354,7 +354,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             if !a.mounts.contains_key(key) {
                 let message = format!("`{path}` has no mount `{key}`");
                 self.cx.fault(self.cx.key(v), message, remedy(key, "mounts", &known));
-            } else if let Some(t) = text(self.cx, v, &format!("mount `{key}`")) {
+            } else if let Some(t) = text(self.cx, v, format!("mount `{key}`")) {
                 out.insert(key.clone(), t);
             }
         }

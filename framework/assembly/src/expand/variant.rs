@@ -18,9 +18,9 @@ record! {
         /// Name, when it stands alone.
         name: Option<Text> = text().maybe(),
         /// Other defaults of its parameters, by name.
-        params: Option<Located> = raw(table_of(of::<ParamForm>()).describe()).maybe(),
+        params: Option<Located> = raw(|| table_of(of::<ParamForm>()).describe()).maybe(),
         /// Deep parameters by path.
-        overrides: Option<Located> = raw(Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
+        overrides: Option<Located> = raw(|| Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
     }
 }
 

@@ -127,31 +127,31 @@ record! {
         /// Name, when it stands alone.
         name: Option<Text> = text().maybe(),
         /// Parameters by name.
-        params: Option<Located> = raw(table_of(of::<ParamForm>()).describe()).maybe(),
+        params: Option<Located> = raw(|| table_of(of::<ParamForm>()).describe()).maybe(),
         /// Bodies or nodes that the parent must name, each with its meaning.
-        mounts: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        mounts: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
         /// Files of other programs whose bodies are added: one, or a list.
-        import: Option<Located> = raw(import_schema()).maybe(),
+        import: Option<Located> = raw(import_schema).maybe(),
         /// Bodies by name.
-        bodies: Option<Located> = raw(table_of(of::<BodyFields>()).describe()).maybe(),
+        bodies: Option<Located> = raw(|| table_of(of::<BodyFields>()).describe()).maybe(),
         /// Hinges that close loops, by name.
-        loops: Option<Located> = raw(table_of(of::<LoopForm>()).describe()).maybe(),
+        loops: Option<Located> = raw(|| table_of(of::<LoopForm>()).describe()).maybe(),
         /// Linear relations between hinge coordinates, by name.
-        couplings: Option<Located> = raw(table_of(of::<CouplingForm>()).describe()).maybe(),
+        couplings: Option<Located> = raw(|| table_of(of::<CouplingForm>()).describe()).maybe(),
         /// Collision shapes on bodies and on the world, by name.
-        colliders: Option<Located> = raw(table_of(of::<(Standing, Surface)>()).describe()).maybe(),
+        colliders: Option<Located> = raw(|| table_of(of::<(Standing, Surface)>()).describe()).maybe(),
         /// How contact is solved, and who meets whom.
-        contact: Option<Located> = raw(Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
+        contact: Option<Located> = raw(|| Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
         /// `false`: bodies of this assembly and of its parts do not meet one another.
-        self_collision: Option<Located> = raw(Schema::Flag).maybe(),
+        self_collision: Option<Located> = raw(|| Schema::Flag).maybe(),
         /// Parts by name.
-        parts: Option<Located> = raw(Schema::Table(Box::new(part_schema()))).maybe(),
+        parts: Option<Located> = raw(|| Schema::Table(Box::new(part_schema()))).maybe(),
         /// Wires: `"Part.output -> Part.input"`.
-        wires: Option<Located> = raw(Schema::List(Box::new(wire_schema()), None)).maybe(),
+        wires: Option<Located> = raw(|| Schema::List(Box::new(wire_schema()), None)).maybe(),
         /// Ports seen from outside, by name.
-        exports: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        exports: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
         /// Deep parameters by path.
-        overrides: Option<Located> = raw(Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
+        overrides: Option<Located> = raw(|| Schema::Table(Box::new(Schema::Any(Vec::new())))).maybe(),
     }
 }
 
@@ -161,15 +161,15 @@ record! {
         /// Its name there.
         model: Option<Text> = text().maybe(),
         /// Its parameters, which `linkwork describe` lists.
-        params: Option<Located> = raw(anything()).maybe(),
+        params: Option<Located> = raw(anything).maybe(),
         /// Sample period, of sampled models.
-        rate: Option<Located> = raw(period().describe()).maybe(),
+        rate: Option<Located> = raw(|| period().describe()).maybe(),
         /// Time of the first sample.
-        offset: Option<Located> = raw(period().describe()).maybe(),
+        offset: Option<Located> = raw(|| period().describe()).maybe(),
         /// Binding → node, `hinge:BODY` or `loop:LOOP`.
-        bind: Option<Located> = raw(anything()).maybe(),
+        bind: Option<Located> = raw(anything).maybe(),
         /// Elements, when it is an array: each with what differs.
-        array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
+        array: Option<Located> = raw(|| Schema::List(Box::new(anything()), None)).maybe(),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// Folder in which its files are looked for first.
@@ -182,15 +182,15 @@ record! {
         /// The file: beside this one, then in the search folders, then embedded.
         assembly: Option<Text> = text().maybe(),
         /// Values of its parameters.
-        params: Option<Located> = raw(anything()).maybe(),
+        params: Option<Located> = raw(anything).maybe(),
         /// Mount → body or node.
-        mounts: Option<Located> = raw(anything()).maybe(),
+        mounts: Option<Located> = raw(anything).maybe(),
         /// Deep parameters by path.
-        overrides: Option<Located> = raw(anything()).maybe(),
+        overrides: Option<Located> = raw(anything).maybe(),
         /// Only its bodies, in one rigid piece on another body.
-        stowed: Option<Located> = raw(StowedForm::describe()).maybe(),
+        stowed: Option<Located> = raw(StowedForm::describe).maybe(),
         /// Elements, when it is an array: each with what differs.
-        array: Option<Located> = raw(Schema::List(Box::new(anything()), None)).maybe(),
+        array: Option<Located> = raw(|| Schema::List(Box::new(anything()), None)).maybe(),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
     }
@@ -220,8 +220,9 @@ fn part_schema() -> Schema {
     })
 }
 
-/// Reads the fields that belong to an assembly (the caller has checked for unknown ones).
-pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
+/// Reads the fields that belong to an assembly (the caller has checked for unknown ones). Bodies, loops, couplings and
+/// colliders are taken out of the value.
+pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembly {
     let mut a = Assembly {
         doc: doc(cx, v, what),
         name: text_field(cx, v, "name", what).map(|t| t.text),
@@ -230,15 +231,15 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
     };
     let field_of = |field: &str| format!("{what}: `{field}`");
     if let Some(params) = v.get("params") {
-        for (key, value) in table(cx, params, &field_of("params")) {
+        for (key, value) in table(cx, params, field_of("params")) {
             name_at(cx, key, value, "parameter");
             a.params.insert(key.clone(), read_param(cx, key, value));
         }
     }
     if let Some(mounts) = v.get("mounts") {
-        for (key, value) in table(cx, mounts, &field_of("mounts")) {
+        for (key, value) in table(cx, mounts, field_of("mounts")) {
             name_at(cx, key, value, "mount");
-            let doc = read::text(cx, value, &format!("mount `{key}`"));
+            let doc = read::text(cx, value, format!("mount `{key}`"));
             let doc = doc.map(|t| t.text).unwrap_or_default();
             a.mounts.insert(key.clone(), MountDecl { doc, origin: cx.key(value) });
         }
@@ -250,7 +251,7 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
     a.contact = v.get("contact").cloned();
     a.self_collision = v.get("self_collision").filter(|s| s.value != Value::Null).cloned();
     if let Some(parts) = v.get("parts") {
-        for (key, value) in table(cx, parts, &field_of("parts")) {
+        for (key, value) in table(cx, parts, field_of("parts")) {
             name_at(cx, key, value, "part");
             if let Some(part) = read_part(cx, key, value) {
                 a.parts.insert(key.clone(), part);
@@ -260,15 +261,15 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &Located, what: &str) -> Assembly {
         }
     }
     if let Some(wires) = v.get("wires") {
-        for wire in list(cx, wires, &field_of("wires")) {
+        for wire in list(cx, wires, field_of("wires")) {
             a.wires.extend(read_wire(cx, wire));
         }
     }
     if let Some(exports) = v.get("exports") {
-        for (key, value) in table(cx, exports, &field_of("exports")) {
+        for (key, value) in table(cx, exports, field_of("exports")) {
             // `drive.rate` and `drive.brake` are a group: one wire to `drive` reaches both.
             key.split('.').for_each(|piece| name_at(cx, piece, value, "export"));
-            if let Some(t) = read::text(cx, value, &format!("export `{key}`")) {
+            if let Some(t) = read::text(cx, value, format!("export `{key}`")) {
                 a.exports.insert(key.clone(), t);
             }
         }
@@ -288,17 +289,19 @@ fn name_at(cx: &mut Cx, key: &str, v: &Located, kind: &str) {
 /// Name → fields, of a field such as `bodies` whose entries are each a `body`.
 fn items(
     cx: &mut Cx,
-    v: &Located,
+    v: &mut Located,
     (field, kind): (&str, &str),
     what: &str,
 ) -> BTreeMap<String, ItemForm> {
-    let mut out = BTreeMap::new();
-    let Some(written) = v.get(field) else { return out };
-    for (key, value) in table(cx, written, &format!("{what}: `{field}`")) {
-        name_at(cx, key, value, kind);
-        out.insert(key.clone(), ItemForm { fields: value.clone(), origin: cx.key(value) });
-    }
-    out
+    let Some(written) = v.get_mut(field) else { return BTreeMap::new() };
+    table(cx, written, format_args!("{what}: `{field}`"));
+    let Value::Map(entries) = &mut written.value else { return BTreeMap::new() };
+    let mut item = |(key, fields): (String, Located)| {
+        let origin = cx.key(&fields);
+        name(cx, &key, origin, kind);
+        (key, ItemForm { fields, origin })
+    };
+    std::mem::take(entries).into_iter().map(&mut item).collect()
 }
 
 /// Path → value.
@@ -316,7 +319,7 @@ pub(crate) fn map_field(cx: &mut Cx, v: &Located, field: &str, what: &str) -> Lo
         // `params: "$world"`: a map once the parameter is known.
         return written.clone();
     }
-    table(cx, written, &format!("{what}: `{field}`"));
+    table(cx, written, format!("{what}: `{field}`"));
     if matches!(written.value, Value::Map(_)) { written.clone() } else { empty_map() }
 }
 
@@ -364,12 +367,12 @@ pub(crate) fn read_part(cx: &mut Cx, key: &str, v: &Located) -> Option<PartForm>
         let mut known = AssemblyForm::names();
         known.retain(|f| !STANDING_ALONE.contains(f));
         fields(cx, v, &what, &known);
-        (PartKind::Inline(Box::new(read_assembly(cx, v, &what))), empty_map())
+        (PartKind::Inline(Box::new(read_assembly(cx, &mut v.clone(), &what))), empty_map())
     } else {
         let help = "write `model: \"..\"`, `assembly: \"file.ron\"` or `parts: {..}`";
         cx.fault(origin, format!("{what} is neither a model nor an assembly"), help);
         return None;
     };
-    let array = v.get("array").map(|a| list(cx, a, &format!("{what}: `array`")).to_vec());
+    let array = v.get("array").map(|a| list(cx, a, format!("{what}: `array`")).to_vec());
     Some(PartForm { kind, params, array, doc: doc(cx, v, &what), origin })
 }

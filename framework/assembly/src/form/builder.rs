@@ -206,10 +206,10 @@ impl Assembly {
         let mut cx = Cx::default();
         let file = cx.sources.add(name, ron);
         let read = parse(&mut cx, file).and_then(|v| match v.value {
-            Value::Variant(kind, inner) if kind == "Assembly" => {
+            Value::Variant(kind, mut inner) if kind == "Assembly" => {
                 let what = format!("assembly `{name}`");
                 known_fields(&mut cx, &inner, &what, &AssemblyForm::names());
-                Some(read_assembly(&mut cx, &inner, &what))
+                Some(read_assembly(&mut cx, &mut inner, &what))
             }
             _ => {
                 cx.fault(v.origin, format!("`{name}` is no assembly"), "begin with `Assembly(`");

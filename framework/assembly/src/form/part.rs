@@ -27,7 +27,7 @@ impl PartForm {
             replace(cx, v);
             if !matches!(v.value, Value::Map(_)) {
                 if !is_unknown(v) {
-                    table(cx, v, &format!("`{path}`: `{field}`"));
+                    table(cx, v, format!("`{path}`: `{field}`"));
                 }
                 v.value = Value::Map(Vec::new());
             }

@@ -27,9 +27,9 @@ pub(crate) struct Phase {
 }
 
 /// Takes the phases out of a file, the first one first. Without `phases` the file is its only phase.
-pub(crate) fn split(cx: &mut Cx, file: &mut Located) -> Vec<Phase> {
+pub(crate) fn split(cx: &mut Cx, mut file: Located) -> Vec<Phase> {
     let what = "simulation";
-    let start = text_field(cx, file, "start", what);
+    let start = text_field(cx, &file, "start", what);
     let written = file.get("phases").cloned();
     if let Value::Map(entries) = &mut file.value {
         entries.retain(|(k, _)| k != "phases" && k != "start");
@@ -40,7 +40,6 @@ pub(crate) fn split(cx: &mut Cx, file: &mut Located) -> Vec<Phase> {
             cx.fault(start.origin, message, "write `phases: {..}`, or take `start` out");
         }
         let origin = file.origin;
-        let file = file.clone();
         return vec![Phase { name: String::new(), file, transitions: Vec::new(), origin }];
     };
     let overlays: BTreeMap<String, (Located, Origin)> = table(cx, &written, "`phases`")
@@ -70,7 +69,7 @@ pub(crate) fn split(cx: &mut Cx, file: &mut Located) -> Vec<Phase> {
     for phase in order {
         let Some((overlay, origin)) = overlays.get(phase) else { continue };
         name(cx, phase, *origin, "phase");
-        let merged = build(cx, file, &overlays, phase, &mut Vec::new());
+        let merged = build(cx, &file, &overlays, phase, &mut Vec::new());
         let transitions = transitions(cx, overlay, phase);
         out.push(Phase { name: phase.to_string(), file: merged, transitions, origin: *origin });
     }
@@ -82,7 +81,7 @@ fn transitions(cx: &mut Cx, overlay: &Located, phase: &str) -> Vec<TransitionSpe
     let what = format!("phase `{phase}`: `to`");
     let mut out = Vec::new();
     for (target, when) in table(cx, to, &what) {
-        if let Some(when) = read::text(cx, when, &format!("{what}: `{target}`")) {
+        if let Some(when) = read::text(cx, when, format!("{what}: `{target}`")) {
             let Text { text, origin } = when;
             out.push(TransitionSpec { to: target.clone(), when: text, origin });
         }
@@ -133,9 +132,9 @@ fn build(
         });
     }
     if let Some(gone) = overlay.get("remove") {
-        let gone = list(cx, gone, &format!("{what}: `remove`")).to_vec();
+        let gone = list(cx, gone, format!("{what}: `remove`")).to_vec();
         for item in gone {
-            if let Some(t) = read::text(cx, &item, &format!("{what}: `remove`")) {
+            if let Some(t) = read::text(cx, &item, format!("{what}: `remove`")) {
                 remove(cx, &mut base, &t, &what);
             }
         }

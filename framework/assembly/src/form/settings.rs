@@ -245,15 +245,15 @@ record! {
         /// Time between rows: of logs, of sampled parts, of contact.
         step: Seconds = period().or(Seconds { num: 1, den: 1000 }),
         /// How it is integrated between rows.
-        integrator: Option<Located> = raw(Schema::Words(Integrator::ALL.iter().map(|i| i.0).collect())).maybe(),
+        integrator: Option<Located> = raw(|| Schema::Words(Integrator::ALL.iter().map(|i| i.0).collect())).maybe(),
         /// Errors that adaptive steps may make, or `"fixed"`.
-        accuracy: Option<Located> = raw(Schema::Any(vec![Schema::Words(vec!["fixed"]), AccuracyForm::describe()])).maybe(),
+        accuracy: Option<Located> = raw(|| Schema::Any(vec![Schema::Words(vec!["fixed"]), AccuracyForm::describe()])).maybe(),
         /// When the run ends.
         until: Option<Seconds> = period().maybe(),
         /// Variable that ends the run when it becomes true.
         stop_when: Option<Text> = text().maybe(),
         /// Seed of all noise: a whole number, above 9e15 in quotes.
-        seed: Option<Located> = raw(Schema::Any(vec![Schema::Whole { low: 0.0, high: 9e15 }, Schema::Text])).maybe(),
+        seed: Option<Located> = raw(|| Schema::Any(vec![Schema::Whole { low: 0.0, high: 9e15 }, Schema::Text])).maybe(),
         /// Path of the gravity service, or `none`.
         gravity: Option<Text> = text().maybe(),
         /// Path of the mechanism as a part.
@@ -265,13 +265,13 @@ record! {
         /// What a viewer shows.
         view: Option<ViewForm> = of::<ViewForm>().maybe(),
         /// Numbers that sum up a run.
-        figures: Option<Located> = raw(table_of(of::<FigureForm>()).describe()).maybe(),
+        figures: Option<Located> = raw(|| table_of(of::<FigureForm>()).describe()).maybe(),
         /// Plots over time.
         plots: Vec<Plot> = list_of(of::<Plot>()).or(Vec::new()),
         /// The text needs no other file.
-        resolved: Option<Located> = raw(Schema::Flag).maybe(),
+        resolved: Option<Located> = raw(|| Schema::Flag).maybe(),
         /// Phases, each the file with an overlay on it.
-        phases: Option<Located> = raw(phases_schema()).maybe(),
+        phases: Option<Located> = raw(phases_schema).maybe(),
         /// The phase in which a run begins.
         start: Option<Text> = text().maybe(),
     }
@@ -350,13 +350,13 @@ record! {
     /// What only phases have.
     pub(crate) struct PhaseForm: "phase" {
         /// Phase → the condition on which the run goes there.
-        to: Option<Located> = raw(table_of(text()).describe()).maybe(),
+        to: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
         /// Names of bodies, parts, loops, couplings, colliders that are gone.
-        remove: Option<Located> = raw(list_of(text()).describe()).maybe(),
+        remove: Option<Located> = raw(|| list_of(text()).describe()).maybe(),
         /// The phase that this one begins from, instead of the file.
         like: Option<Text> = text().maybe(),
         /// It replaces all of the machine (resolved texts).
-        whole: Option<Located> = raw(Schema::Flag).maybe(),
+        whole: Option<Located> = raw(|| Schema::Flag).maybe(),
     }
 }
 

@@ -248,7 +248,7 @@ fn file_part(assembly: Text, mounts: Located, origin: Origin) -> PartForm {
 }
 
 fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>) -> Option<Loaded> {
-    let (kind, mut inner) = match v.value {
+    let (kind, inner) = match v.value {
         Value::Variant(kind, inner) if kind == "Simulation" || kind == "Assembly" => (kind, *inner),
         ref other => {
             let found = match other {
@@ -268,10 +268,14 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         let single = single(cx, name, file, home, options, &mut unmatched);
         tell_unmatched(cx, unmatched, 1, remark);
         let (mut loaded, resolved) = single?;
+        let (spec, origin) = (loaded.spec.clone(), Origin::NONE);
+        let only = PhaseSpec { name: String::new(), spec, transitions: Vec::new(), origin };
+        loaded.phases = vec![only];
+        loaded.phase_shapes = vec![loaded.shapes.clone()];
         loaded.resolved = Resolved::new(resolved);
         return Some(loaded);
     }
-    let all = phases::split(cx, &mut inner);
+    let all = phases::split(cx, inner);
     let (mut compiled, mut unmatched, phases) = (Vec::new(), Vec::new(), all.len());
     for phase in all {
         let phases::Phase { name: phase, file, transitions, origin } = phase;
@@ -283,8 +287,13 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
     if !cx.faults.is_empty() {
         return None;
     }
-    let resolved: Vec<_> = compiled.iter().map(|(n, _, v, t, _)| (n.as_str(), v, t)).collect();
-    let resolved = resolved::with_phases(&resolved);
+    let resolved = match &mut compiled[..] {
+        [(name, _, value, ..)] if name.is_empty() => std::mem::replace(value, Value::Null),
+        all => {
+            let all: Vec<_> = all.iter().map(|(n, _, v, t, _)| (n.as_str(), v, t)).collect();
+            resolved::with_phases(&all)
+        }
+    };
     let specs = compiled.iter().map(|(name, loaded, _, transitions, origin)| PhaseSpec {
         name: name.clone(),
         spec: loaded.spec.clone(),
@@ -332,7 +341,7 @@ fn is_resolved(fields: &Located) -> bool {
     fields.get("resolved").is_some_and(|r| r.value == Value::Bool(true))
 }
 
-/// One phase; what it is in full.
+/// One phase, which does not stand among `phases` yet; what it is in full.
 fn single(
     cx: &mut Cx,
     name: &str,
@@ -345,7 +354,7 @@ fn single(
     let mut files = Assemblies::new(near);
     let mut holder;
     if kind == "Assembly" {
-        let (home, own) = files.of_fields(cx, &inner, name, &home)?;
+        let (home, own) = files.of_fields(cx, &mut inner, name, &home)?;
         let part_name = own.name.clone().unwrap_or_else(|| camel(name));
         // On its own, an assembly hangs on the world.
         let mounts = own.mounts.keys().map(|m| (m.clone(), Value::Text("world".into()).into()));
@@ -360,7 +369,7 @@ fn single(
         inner = empty_map();
     } else {
         fields(cx, &inner, "simulation", &settings::all_fields());
-        holder = assembly::read_assembly(cx, &inner, "simulation");
+        holder = assembly::read_assembly(cx, &mut inner, "simulation");
         if let Some(assembly) = text_field(cx, &inner, "assembly", "simulation") {
             let part_name = holder.name.clone().unwrap_or_else(|| camel(&assembly.text));
             let origin = assembly.origin;
@@ -539,20 +548,15 @@ fn assemble(
         accuracy: simulation.accuracy.clone(),
         seed: simulation.seed,
     };
-    let resolved = resolved::value(&root, &files, &settings, &spec, &mechanism.told);
-    let only = PhaseSpec {
-        name: String::new(),
-        spec: spec.clone(),
-        transitions: Vec::new(),
-        origin: Origin::NONE,
-    };
+    let tree = tree(&root, options.catalogue);
+    let resolved = resolved::value(root, &files, &settings, &spec, &mechanism.told);
     let loaded = Loaded {
         embedded,
-        tree: tree(&root, options.catalogue),
+        tree,
         spec,
-        phases: vec![only],
+        phases: Vec::new(),
         simulation,
-        phase_shapes: vec![mechanism.shapes.clone()],
+        phase_shapes: Vec::new(),
         shapes: mechanism.shapes,
         grounds: mechanism.grounds,
         colliders: mechanism.colliders,

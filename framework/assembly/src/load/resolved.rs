@@ -10,6 +10,7 @@ use crate::text::print::document;
 use crate::text::value::{entries, full_name, map, set};
 use linkwork_collision::ColliderSpec;
 use linkwork_runtime::{BindSpec, BindTarget, Located, Spec, TransitionSpec, Value};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Deref;
 use std::sync::OnceLock;
@@ -50,7 +51,8 @@ impl PartialEq for Resolved {
 struct Printer<'a> {
     files: &'a Files<'a>,
     told: &'a Told,
-    binds: &'a [BindSpec],
+    /// By part.
+    binds: BTreeMap<&'a str, Vec<&'a BindSpec>>,
 }
 
 fn text(t: impl Into<String>) -> Located {
@@ -59,13 +61,16 @@ fn text(t: impl Into<String>) -> Located {
 
 /// Everything expanded: no includes, parameters, mounts, arrays or overrides are left.
 pub(crate) fn value(
-    root: &Instance,
+    root: Instance,
     files: &Files<'_>,
     settings: &Located,
     spec: &Spec,
     told: &Told,
 ) -> Value {
-    let p = Printer { files, told, binds: &spec.binds };
+    let mut p = Printer { files, told, binds: BTreeMap::new() };
+    for bind in &spec.binds {
+        p.binds.entry(&bind.part).or_default().push(bind);
+    }
     let mut out = vec![("resolved", Value::Bool(true).into())];
     let drop = [
         "assembly",
@@ -111,9 +116,6 @@ pub(crate) fn with_phases(phases: &[(&str, &Value, &Vec<TransitionSpec>)]) -> Va
         Value::Variant(_, inner) => entries(inner).to_vec(),
         _ => Vec::new(),
     };
-    if first.is_empty() {
-        return (*value).clone();
-    }
     let mut all = fields(value);
     all.push(("start".into(), text(*first)));
     let each = phases.iter().map(|(name, value, transitions)| {
@@ -129,17 +131,17 @@ pub(crate) fn with_phases(phases: &[(&str, &Value, &Vec<TransitionSpec>)]) -> Va
 }
 
 impl Printer<'_> {
-    fn instance(&self, here: &Instance) -> Located {
+    fn instance(&self, here: Instance) -> Located {
         let mut out = Vec::new();
         if !here.doc.is_empty() {
             out.push(("doc", text(&*here.doc)));
         }
         let bodies: Vec<(String, Located)> = here
             .bodies
-            .iter()
+            .into_iter()
             .map(|(name, b)| {
-                let mut fields = b.fields.clone();
-                let full = full_name(&here.path, name);
+                let mut fields = b.fields;
+                let full = full_name(&here.path, &name);
                 if let Some(parent) = self.told.parents.get(&full) {
                     set(&mut fields, &["parent".into()], &text(parent));
                 }
@@ -153,15 +155,15 @@ impl Printer<'_> {
                     let shapes = self.shapes(&full, &v, &b.home);
                     set(&mut fields, &["shapes".into()], &shapes);
                 }
-                (name.clone(), fields)
+                (name, fields)
             })
             .collect();
-        let parts = here.parts.iter().map(|(name, node)| {
+        let parts = here.parts.into_iter().map(|(name, node)| {
             let value = match node {
-                Node::Model(m) => self.model(m),
+                Node::Model(m) => self.model(&m),
                 Node::Assembly(inner) => self.instance(inner),
             };
-            (name.clone(), value)
+            (name, value)
         });
         let parts: Vec<(String, Located)> = parts.collect();
         if !bodies.is_empty() {
@@ -185,7 +187,7 @@ impl Printer<'_> {
         if !colliders.is_empty() {
             out.push(("colliders", Value::Map(colliders).into()));
         }
-        out.extend(here.self_collision.clone().map(|s| ("self_collision", s)));
+        out.extend(here.self_collision.map(|s| ("self_collision", s)));
         out.push(("parts", Value::Map(parts).into()));
         map(out)
     }
@@ -200,7 +202,7 @@ impl Printer<'_> {
         }
         out.extend(m.rate.clone().map(|r| ("rate", r)));
         out.extend(m.offset.clone().map(|o| ("offset", o)));
-        let bind = self.binds.iter().filter(|b| b.part == m.path).map(|b| {
+        let bind = self.binds.get(&*m.path).into_iter().flatten().map(|b| {
             let target = match &b.target {
                 BindTarget::Node(node) => format!("node:/{node}"),
                 BindTarget::Hinge { body, index } => format!("hinge:/{body}[{index}]"),

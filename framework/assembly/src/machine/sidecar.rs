@@ -19,23 +19,24 @@ use linkwork_formats::{
 use linkwork_multibody::{Hinge, Limits, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value, remedy};
 use linkwork_spatial::{Pose, Vec3};
+use std::fmt::Display;
 
 record! {
     struct SideCar: "side-car" {
         /// Documentation.
         doc: Option<Text> = text().maybe(),
         /// Joint → what its coordinate has beside the file.
-        joints: Option<Located> = raw(table_of(of::<Drive>()).describe()).maybe(),
+        joints: Option<Located> = raw(|| table_of(of::<Drive>()).describe()).maybe(),
         /// Couplings by name.
-        couplings: Option<Located> = raw(table_of(of::<CouplingForm>()).describe()).maybe(),
+        couplings: Option<Located> = raw(|| table_of(of::<CouplingForm>()).describe()).maybe(),
         /// Loops by name.
-        loops: Option<Located> = raw(table_of(of::<LoopForm>()).describe()).maybe(),
+        loops: Option<Located> = raw(|| table_of(of::<LoopForm>()).describe()).maybe(),
         /// Link → its wheel.
-        wheels: Option<Located> = raw(table_of(of::<WheelForm>()).describe()).maybe(),
+        wheels: Option<Located> = raw(|| table_of(of::<WheelForm>()).describe()).maybe(),
         /// Link → shapes that collide.
-        contacts: Option<Located> = raw(Schema::Table(Box::new(shapes::schema()))).maybe(),
+        contacts: Option<Located> = raw(|| Schema::Table(Box::new(shapes::schema()))).maybe(),
         /// Nodes by name.
-        nodes: Option<Located> = raw(table_of(of::<(OnLink, Pose)>()).describe()).maybe(),
+        nodes: Option<Located> = raw(|| table_of(of::<(OnLink, Pose)>()).describe()).maybe(),
     }
 }
 record! {
@@ -45,7 +46,7 @@ record! {
         /// Joint → factor.
         terms: Vec<(Text, f64)> = table_of(number("")).or(Vec::new()),
         /// What the sum of factor · coordinate is.
-        constant: Option<Located> = raw(drive_number("rad", "m").describe()).maybe(),
+        constant: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
     }
 }
 record! {
@@ -142,7 +143,13 @@ pub(crate) fn read(cx: &mut Cx, name: &str, text: &str, d: &mut Description) {
 }
 
 /// The name, if a body has it.
-fn body(cx: &mut Cx, at: Origin, what: &str, name: &str, d: &Description) -> Option<String> {
+fn body(
+    cx: &mut Cx,
+    at: Origin,
+    what: impl Display,
+    name: &str,
+    d: &Description,
+) -> Option<String> {
     let known: Vec<&str> = d.builder.bodies().iter().map(|b| b.name.as_str()).collect();
     if known.contains(&name) {
         return Some(name.to_owned());
@@ -155,7 +162,7 @@ fn body(cx: &mut Cx, at: Origin, what: &str, name: &str, d: &Description) -> Opt
 fn coordinate(
     cx: &mut Cx,
     at: Origin,
-    what: &str,
+    what: impl Display,
     name: &str,
     d: &Description,
 ) -> Option<HingeCoordinate> {
@@ -253,7 +260,7 @@ fn closure(cx: &mut Cx, key: &str, v: &Located, d: &Description) -> Option<LoopC
 }
 
 /// The link that is named; `world` is one too.
-fn on_link(cx: &mut Cx, on: &OnLink, what: &str, d: &Description) -> Option<String> {
+fn on_link(cx: &mut Cx, on: &OnLink, what: impl Display, d: &Description) -> Option<String> {
     let Text { text, origin } = &on.body;
     if text == "world" { Some(text.clone()) } else { body(cx, *origin, what, text, d) }
 }

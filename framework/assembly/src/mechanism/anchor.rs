@@ -6,6 +6,7 @@ use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 
 /// Fact and remedy.
 pub(crate) type Problem = (String, String);
@@ -62,7 +63,7 @@ pub(crate) fn anchor(
     root: &Instance,
     bodies: &Bodies,
     (scope, text): (&str, &Text),
-    what: &str,
+    what: impl Display,
 ) -> Option<Anchor> {
     match resolve(root, scope, &text.text) {
         Ok(Target::World) => {
@@ -93,7 +94,7 @@ pub(crate) fn one_dof(
     root: &Instance,
     scope: &str,
     bodies: &Bodies,
-    (written, what): (&Text, &str),
+    (written, what): (&Text, &dyn Display),
 ) -> Option<(String, usize, usize)> {
     let name = written.text.strip_prefix("hinge:").unwrap_or(&written.text);
     let (body, index) = match coordinate(root, scope, name) {

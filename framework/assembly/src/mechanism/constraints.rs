@@ -21,6 +21,7 @@ use linkwork_runtime::{Closing, Located, Origin, Value};
 use linkwork_solvers::Treatment;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 
 /// What loops and couplings say beside the mechanism's structure, by full name.
 #[derive(Default)]
@@ -146,7 +147,7 @@ fn find(
     root: &Instance,
     scope: &str,
     bodies: &Bodies,
-    (written, what): (&Text, &str),
+    (written, what): (&Text, &dyn Display),
 ) -> Option<Found> {
     let (body, index, subhinge) = one_dof(cx, root, scope, bodies, (written, what))?;
     let kind = bodies.get(&body)?.0.hinge.subhinges[subhinge].kind;

@@ -11,13 +11,33 @@ use crate::text::report::Cx;
 use crate::text::value::{self, Text, is_unknown, variant};
 use linkwork_runtime::{Located, Origin, Seconds, Value, remedy};
 use linkwork_spatial::Vec3;
+use std::borrow::Cow;
+use std::fmt;
 use std::marker::PhantomData;
+
+/// The words for what owns a value; they are put together when there is something to say.
+#[derive(Clone)]
+pub(crate) enum What<'a> {
+    Named(Cow<'a, str>),
+    Field(&'a What<'a>, &'a str),
+    Item(&'a What<'a>, usize),
+}
+
+impl fmt::Display for What<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            What::Named(name) => f.write_str(name),
+            What::Field(of, name) => write!(f, "{of}: `{name}`"),
+            What::Item(of, k) => write!(f, "{of}: item {k}"),
+        }
+    }
+}
 
 /// Where reading is: what owns the value, in the words of a message, and what its units depend on.
 #[derive(Clone)]
 pub(crate) struct At<'a> {
     /// ``body `arm`: `limits` ``.
-    pub what: String,
+    pub what: What<'a>,
     /// The coordinate is a length, not an angle.
     pub slides: bool,
     /// Files that the text may name; `None`: it may name none.
@@ -28,12 +48,17 @@ pub(crate) struct At<'a> {
 
 impl<'a> At<'a> {
     /// An owner, without files.
-    pub fn new(what: impl Into<String>) -> At<'static> {
-        At { what: what.into(), slides: false, near: None, origin: None }
+    pub fn new(what: impl Into<Cow<'a, str>>) -> At<'a> {
+        At { what: What::Named(what.into()), slides: false, near: None, origin: None }
     }
     /// A field of this owner.
-    pub fn field(&self, name: &str) -> At<'a> {
-        At { what: format!("{}: `{name}`", self.what), origin: None, ..self.clone() }
+    pub fn field<'b>(&'b self, name: &'b str) -> At<'b> {
+        At {
+            what: What::Field(&self.what, name),
+            slides: self.slides,
+            near: self.near,
+            origin: None,
+        }
     }
     /// The same with files.
     pub fn among(self, near: Near<'a>) -> Self {
@@ -245,9 +270,9 @@ plain_kinds! {
 }
 
 /// A value as it is written, for somebody else to read.
-pub(crate) struct Raw(Schema);
+pub(crate) struct Raw(fn() -> Schema);
 
-pub(crate) fn raw(schema: Schema) -> Raw {
+pub(crate) fn raw(schema: fn() -> Schema) -> Raw {
     Raw(schema)
 }
 
@@ -260,7 +285,7 @@ impl Kind for Raw {
         x.value.clone()
     }
     fn describe(&self) -> Schema {
-        self.0.clone()
+        (self.0)()
     }
 }
 
@@ -351,8 +376,7 @@ impl<K: Kind> Kind for ListOf<K> {
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<Vec<K::Of>> {
         let items = read::list(cx, v, &at.what);
         let mut item = |(k, v): (usize, &Located)| {
-            let at =
-                At { what: format!("{}: item {}", at.what, k + 1), origin: None, ..at.clone() };
+            let at = At { what: What::Item(&at.what, k + 1), origin: None, ..at.clone() };
             self.0.read(cx, v, &at)
         };
         let read: Vec<_> = items.iter().enumerate().map(&mut item).collect();

@@ -2,9 +2,10 @@
 use crate::text::report::Cx;
 use crate::text::value::{Text, is_unknown};
 use linkwork_runtime::{Located, Origin, Seconds, Unit, Value, remedy, split_quantity};
+use std::fmt::Display;
 
 /// Refuses what is no map and fields that nobody knows. `what` names the owner: "body `wheel`".
-pub(crate) fn fields(cx: &mut Cx, v: &Located, what: &str, known: &[&str]) -> bool {
+pub(crate) fn fields(cx: &mut Cx, v: &Located, what: impl Display, known: &[&str]) -> bool {
     let entries = match &v.value {
         Value::Map(entries) => entries,
         Value::Null => return true,
@@ -24,7 +25,7 @@ pub(crate) fn fields(cx: &mut Cx, v: &Located, what: &str, known: &[&str]) -> bo
 }
 
 /// A text.
-pub(crate) fn text(cx: &mut Cx, v: &Located, what: &str) -> Option<Text> {
+pub(crate) fn text(cx: &mut Cx, v: &Located, what: impl Display) -> Option<Text> {
     match &v.value {
         Value::Text(t) => Some(Text { text: t.clone(), origin: v.origin }),
         other => {
@@ -36,13 +37,22 @@ pub(crate) fn text(cx: &mut Cx, v: &Located, what: &str) -> Option<Text> {
 }
 
 /// The text of an optional field.
-pub(crate) fn text_field(cx: &mut Cx, map: &Located, field: &str, what: &str) -> Option<Text> {
+pub(crate) fn text_field(
+    cx: &mut Cx,
+    map: &Located,
+    field: &str,
+    what: impl Display,
+) -> Option<Text> {
     let v = map.get(field)?;
-    text(cx, v, &format!("{what}: `{field}`"))
+    text(cx, v, format_args!("{what}: `{field}`"))
 }
 
 /// A map, entry by entry.
-pub(crate) fn table<'v>(cx: &mut Cx, v: &'v Located, what: &str) -> &'v [(String, Located)] {
+pub(crate) fn table<'v>(
+    cx: &mut Cx,
+    v: &'v Located,
+    what: impl Display,
+) -> &'v [(String, Located)] {
     match &v.value {
         Value::Map(entries) => entries,
         Value::Null => &[],
@@ -55,7 +65,7 @@ pub(crate) fn table<'v>(cx: &mut Cx, v: &'v Located, what: &str) -> &'v [(String
 }
 
 /// A list, item by item.
-pub(crate) fn list<'v>(cx: &mut Cx, v: &'v Located, what: &str) -> &'v [Located] {
+pub(crate) fn list<'v>(cx: &mut Cx, v: &'v Located, what: impl Display) -> &'v [Located] {
     match &v.value {
         Value::List(items) => items,
         Value::Null => &[],
@@ -68,7 +78,7 @@ pub(crate) fn list<'v>(cx: &mut Cx, v: &'v Located, what: &str) -> &'v [Located]
 }
 
 /// True or false.
-pub(crate) fn flag(cx: &mut Cx, v: &Located, what: &str) -> Option<bool> {
+pub(crate) fn flag(cx: &mut Cx, v: &Located, what: impl Display) -> Option<bool> {
     match v.value {
         Value::Bool(b) => Some(b),
         _ => {
@@ -87,14 +97,27 @@ fn wants(unit: &str) -> String {
 }
 
 /// A finite number in SI; a bare one is in `unit` (empty: no unit).
-pub(crate) fn number(cx: &mut Cx, v: &Located, what: &str, unit: &str) -> Option<f64> {
+pub(crate) fn number(cx: &mut Cx, v: &Located, what: impl Display, unit: &str) -> Option<f64> {
+    number_in(cx, v, &what, (unit, &known(unit)))
+}
+
+/// The unit of a number that is wanted.
+fn known(unit: &str) -> Unit {
+    if unit.is_empty() { Unit::ONE } else { Unit::parse(unit).unwrap_or(Unit::ONE) }
+}
+
+fn number_in(
+    cx: &mut Cx,
+    v: &Located,
+    what: &impl Display,
+    (unit, wanted): (&str, &Unit),
+) -> Option<f64> {
     if is_unknown(v) {
         return None;
     }
-    let wanted = Unit::parse(if unit.is_empty() { "1" } else { unit }).unwrap_or(Unit::ONE);
     let x = match &v.value {
         Value::Number(x) => wanted.to_si(*x),
-        Value::Text(text) => match quantity(text, &wanted, unit) {
+        Value::Text(text) => match quantity(text, wanted, unit) {
             Ok(x) => x,
             Err(fact) => {
                 cx.fault(v.origin, format!("{what}: {fact}"), wants(unit));
@@ -132,7 +155,7 @@ fn quantity(text: &str, wanted: &Unit, unit: &str) -> Result<f64, String> {
 pub(crate) fn numbers<const N: usize>(
     cx: &mut Cx,
     v: &Located,
-    what: &str,
+    what: impl Display,
     unit: &str,
 ) -> Option<[f64; N]> {
     if is_unknown(v) {
@@ -148,8 +171,16 @@ pub(crate) fn numbers<const N: usize>(
         cx.fault(v.origin, message, wants(unit));
         return None;
     }
-    let read: Vec<Option<f64>> = items.iter().map(|item| number(cx, item, what, unit)).collect();
-    read.into_iter().collect::<Option<Vec<f64>>>()?.try_into().ok()
+    let wanted = known(unit);
+    let mut whole = true;
+    let mut read = [0.0; N];
+    for (x, item) in read.iter_mut().zip(items) {
+        match number_in(cx, item, &what, (unit, &wanted)) {
+            Some(number) => *x = number,
+            None => whole = false,
+        }
+    }
+    whole.then_some(read)
 }
 
 /// A name of a part, body, node, mount or port: no dots, slashes, brackets, stars or spaces.
@@ -166,7 +197,7 @@ pub(crate) fn name(cx: &mut Cx, name: &str, origin: Origin, kind: &str) {
 }
 
 /// A period or time: `"50 Hz"`, `"20 ms"`, seconds.
-pub(crate) fn period(cx: &mut Cx, v: &Located, what: &str) -> Option<Seconds> {
+pub(crate) fn period(cx: &mut Cx, v: &Located, what: impl Display) -> Option<Seconds> {
     match Seconds::period(&v.value) {
         Ok(s) => Some(s),
         Err(fact) => {

@@ -4,6 +4,7 @@ use crate::schema::kind::{At, Kind};
 use crate::schema::read::fields;
 use crate::text::report::Cx;
 use linkwork_runtime::{Located, Origin, Value, remedy};
+use std::fmt::Display;
 use std::marker::PhantomData;
 
 /// A set of named fields.
@@ -306,7 +307,7 @@ pub(crate) fn variant_of<T: Record>(name: &'static str, short: &str) -> Schema {
 pub(crate) fn variant_name<'v>(
     cx: &mut Cx,
     v: &'v Located,
-    what: &str,
+    what: impl Display,
     (one, many, known): (&str, &str, &[&str]),
 ) -> Option<(&'v str, &'v Located)> {
     let Value::Variant(name, inner) = &v.value else {

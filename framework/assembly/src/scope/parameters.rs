@@ -361,9 +361,9 @@ record! {
         /// Unit; a bare number is in it.
         unit: Option<Text> = text().maybe(),
         /// Value when the parent gives none.
-        default: Option<Located> = raw(Schema::Any(Vec::new())).maybe(),
+        default: Option<Located> = raw(|| Schema::Any(Vec::new())).maybe(),
         /// Lowest and highest value.
-        range: Option<Located> = raw(Schema::List(Box::new(Schema::Any(Vec::new())), Some(2))).maybe(),
+        range: Option<Located> = raw(|| Schema::List(Box::new(Schema::Any(Vec::new())), Some(2))).maybe(),
         /// Meaning.
         doc: Option<Text> = text().maybe(),
     }
@@ -384,7 +384,7 @@ pub(crate) fn read_param(cx: &mut Cx, key: &str, v: &Located) -> ParamDecl {
         Value::List(ends) if ends.len() == 2 => {
             let mut end = |e: &Located| match e.value {
                 Value::Number(x) if x.is_infinite() => Some(x),
-                _ => number(cx, e, &format!("{what}: `range`"), unit_text),
+                _ => number(cx, e, format!("{what}: `range`"), unit_text),
             };
             Some((end(&ends[0])?, end(&ends[1])?))
         }

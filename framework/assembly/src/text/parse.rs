@@ -3,13 +3,14 @@
 //! `ron` checks the grammar and cuts the text into raw pieces; the place of a piece is where its
 //! slice lies in the text.
 use crate::text::parsed::Once;
+use crate::text::pieces::{KEY, Key, Piece, Pieces};
+use crate::text::quick;
 use crate::text::report::Cx;
 use linkwork_runtime::{Located, Origin, Value};
 use ron::Deserializer;
 use ron::value::RawValue;
-use serde::de::{self, DeserializeSeed, MapAccess, SeqAccess, Visitor};
+use serde::de;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::sync::{Arc, OnceLock};
 
 /// Reads a whole text; on a mistake records it and gives `None`. A text that another load has read at the same place
@@ -50,6 +51,21 @@ pub(crate) fn parse_once(cx: &mut Cx, file: u32) -> Option<Arc<Once>> {
 }
 
 fn read(cx: &mut Cx, file: u32) -> Option<Located> {
+    let text = &cx.sources.files.get(file as usize)?.1;
+    if let Some((value, keys)) = quick::read(text, file) {
+        if cx.keys.is_empty() {
+            // All at once: they need no place one by one.
+            cx.keys = keys.into_iter().collect();
+        } else {
+            cx.keys.extend(keys);
+        }
+        return Some(value);
+    }
+    read_pieces(cx, file)
+}
+
+/// The same, of every text that is RON, with faults where it is not.
+pub(crate) fn read_pieces(cx: &mut Cx, file: u32) -> Option<Located> {
     let text = cx.sources.files.get(file as usize)?.1.clone();
     if let Err(error) = ron::from_str::<&RawValue>(&text) {
         let at = offset(&text, error.span.start.line, error.span.start.col);
@@ -264,94 +280,6 @@ impl<'t> Reader<'_, 't> {
         } else {
             self.cx.fault(origin, format!("not RON: {}", lower(&text)), "");
         }
-    }
-}
-
-/// What is expected as key, in the words of [`KeySeed`].
-const KEY: &str = "a text as key";
-
-enum Key<'t> {
-    Borrowed(&'t str),
-    Owned(String),
-}
-
-enum Piece<'t> {
-    Value(Value),
-    List(Vec<&'t str>),
-    Map(Vec<(Key<'t>, &'t str)>),
-}
-
-/// Takes one level apart, leaving the pieces as text.
-struct Pieces;
-
-impl<'t> Visitor<'t> for Pieces {
-    type Value = Piece<'t>;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a value")
-    }
-    fn visit_bool<E: de::Error>(self, b: bool) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Bool(b)))
-    }
-    fn visit_i64<E: de::Error>(self, x: i64) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Number(x as f64)))
-    }
-    fn visit_u64<E: de::Error>(self, x: u64) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Number(x as f64)))
-    }
-    fn visit_i128<E: de::Error>(self, x: i128) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Number(x as f64)))
-    }
-    fn visit_u128<E: de::Error>(self, x: u128) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Number(x as f64)))
-    }
-    fn visit_f64<E: de::Error>(self, x: f64) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Number(x)))
-    }
-    fn visit_str<E: de::Error>(self, s: &str) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Text(s.into())))
-    }
-    fn visit_none<E: de::Error>(self) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Null))
-    }
-    fn visit_unit<E: de::Error>(self) -> Result<Piece<'t>, E> {
-        Ok(Piece::Value(Value::Null))
-    }
-    fn visit_seq<A: SeqAccess<'t>>(self, mut seq: A) -> Result<Piece<'t>, A::Error> {
-        let mut items = Vec::new();
-        while let Some(item) = seq.next_element::<&'t RawValue>()? {
-            items.push(item.get_ron());
-        }
-        Ok(Piece::List(items))
-    }
-    fn visit_map<A: MapAccess<'t>>(self, mut map: A) -> Result<Piece<'t>, A::Error> {
-        let mut entries = Vec::new();
-        while let Some(key) = map.next_key_seed(KeySeed)? {
-            entries.push((key, map.next_value::<&RawValue>()?.get_ron()));
-        }
-        Ok(Piece::Map(entries))
-    }
-}
-
-struct KeySeed;
-
-impl<'t> DeserializeSeed<'t> for KeySeed {
-    type Value = Key<'t>;
-    fn deserialize<D: de::Deserializer<'t>>(self, d: D) -> Result<Key<'t>, D::Error> {
-        d.deserialize_any(self)
-    }
-}
-
-impl<'t> Visitor<'t> for KeySeed {
-    type Value = Key<'t>;
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(KEY)
-    }
-    fn visit_borrowed_str<E: de::Error>(self, s: &'t str) -> Result<Key<'t>, E> {
-        Ok(Key::Borrowed(s))
-    }
-    fn visit_str<E: de::Error>(self, s: &str) -> Result<Key<'t>, E> {
-        Ok(Key::Owned(s.into()))
     }
 }
 

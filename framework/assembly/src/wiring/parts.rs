@@ -28,10 +28,9 @@ pub(crate) fn parts(cx: &mut Cx, root: &Instance) -> Vec<PartSpec> {
     models(root)
         .into_iter()
         .map(|m| {
-            let rate =
-                m.rate.as_ref().and_then(|v| period(cx, v, &format!("`{}`: `rate`", m.path)));
+            let rate = m.rate.as_ref().and_then(|v| period(cx, v, format!("`{}`: `rate`", m.path)));
             let offset =
-                m.offset.as_ref().and_then(|v| period(cx, v, &format!("`{}`: `offset`", m.path)));
+                m.offset.as_ref().and_then(|v| period(cx, v, format!("`{}`: `offset`", m.path)));
             PartSpec {
                 path: m.path.clone(),
                 model: m.model.text.clone(),

@@ -20,6 +20,7 @@ mod variables;
 
 use crate::block::{Prototype, Wiring};
 use crate::catalogue::{Catalogue, Entry};
+use crate::identity::Identity;
 use crate::made;
 use crate::model::lanes;
 use crate::noise;
@@ -135,7 +136,7 @@ pub(crate) fn compile_phase(
     let integration = settings::integration(spec, &parts, &variables, sizes.x)
         .map_err(|f| Faults(in_file_order(f)))?;
     let world = (&services, files, &fields[..]);
-    let hash = plan_hash(spec, &parts, sizes, &variables, &timing, world, &within.whens);
+    let identity = identity(spec, &parts, sizes, &timing, world, &within.whens);
     let with = |test: &dyn Fn(&Part<'_>) -> bool| -> Vec<u32> {
         (0..parts.len() as u32).filter(|&k| test(&parts[k as usize])).collect()
     };
@@ -172,6 +173,7 @@ pub(crate) fn compile_phase(
             .into_iter()
             .map(|p| PartPlan {
                 path: p.spec.path.clone(),
+                model: p.spec.model.clone(),
                 origin: p.spec.origin,
                 prototype: p.prototype,
                 rate: (p.wiring.period > 0).then_some(p.spec.rate).flatten(),
@@ -196,7 +198,7 @@ pub(crate) fn compile_phase(
         wires,
         sums: connections.sums,
         loops: order.loops,
-        hash,
+        identity,
     })
 }
 
@@ -325,21 +327,20 @@ fn layout(parts: &mut [Part<'_>], seed: u64) -> Sizes {
     sizes
 }
 
-fn plan_hash(
+fn identity(
     spec: &Spec,
     parts: &[Part<'_>],
     sizes: Sizes,
-    variables: &BTreeMap<String, crate::plan::Variable>,
     timing: &table::Timing,
     (services, files, fields): (&Services, &Files, &[FieldPlan]),
     whens: &[WhenSpec<'_>],
-) -> u64 {
+) -> Identity {
     // Where a tolerance is written is not what it is: the resolved text has it elsewhere.
     let accuracy = spec.accuracy.clone().map(|a| {
         let of = a.of.into_iter().map(|(pattern, value, _)| (pattern, value, Origin::NONE));
         Accuracy { of: of.collect(), ..a }
     });
-    let mut text = format!(
+    let before = format!(
         "{sizes:?} {} {:?} {:?} {} {}\n",
         spec.step,
         spec.integrator,
@@ -347,33 +348,26 @@ fn plan_hash(
         timing.base,
         timing.rows.len()
     );
-    for part in parts {
-        let (path, model) = (&part.spec.path, &part.spec.model);
-        text += &format!("{path} {model} {}\n", part.prototype.params());
-        text += &part.prototype.fingerprint();
-    }
-    for (path, v) in variables {
-        text += &format!("{path} {:?}\n", v.place);
-    }
+    let mut after = String::new();
     // Services: what was asked of them, and the content of the files that they read.
     let serving: BTreeSet<&str> = services.iter().map(|(path, _)| path).collect();
     for part in spec.parts.iter().filter(|p| serving.contains(p.path.as_str())) {
-        text += &format!("{} {} {}\n", part.path, part.model, part.params.value);
+        after += &format!("{} {} {}\n", part.path, part.model, part.params.value);
     }
     if let Ok(found) = files.found.lock() {
-        text += &format!("{found:?}\n");
+        after += &format!("{found:?}\n");
     }
     for field in fields {
-        text += &format!("{field:?}\n");
+        after += &format!("{field:?}\n");
     }
     let sees = |p: &Part<'_>| {
         p.prototype.description().params.iter().any(|spec| spec.kind == crate::scenery::KIND)
     };
     if parts.iter().any(sees) {
-        text += &services.scenery.fingerprint();
+        after += &services.scenery.fingerprint();
     }
     for when in whens {
-        text += &format!("{} {}\n", when.to, when.when);
+        after += &format!("{} {}\n", when.to, when.when);
     }
-    noise::hash(text.bytes())
+    Identity::new(before, after)
 }

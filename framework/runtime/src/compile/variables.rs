@@ -8,13 +8,14 @@ use crate::ports::{PortKind, PortSpec};
 use crate::services::Files;
 use crate::spec::Spec;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 pub(crate) fn variables(
     parts: &[Part<'_>],
     c: &Connections,
     loops: &[Loop],
 ) -> BTreeMap<String, Variable> {
-    let mut all = BTreeMap::new();
+    let mut all = Vec::new();
     // Each wire that is solved for reports on its loop.
     for tear in &c.tears {
         let Some(l) = loops.iter().find(|l| l.wires.contains(&tear.text)) else { continue };
@@ -26,12 +27,12 @@ pub(crate) fn variables(
             let variable = Variable {
                 place: Place::Signal(l.work + k as u32),
                 role: Role::Output,
-                unit: String::new(),
-                doc: doc.to_string(),
+                unit: "".into(),
+                doc: doc.into(),
                 kind: PortKind::Numbers,
-                part: parts[tear.reader].spec.path.clone(),
+                part: (*parts[tear.reader].spec.path).into(),
             };
-            all.insert(format!("{}.solve.{name}", tear.to), variable);
+            all.push((format!("{}.solve.{name}", tear.to), variable));
         }
     }
     for (k, part) in parts.iter().enumerate() {
@@ -43,6 +44,7 @@ pub(crate) fn variables(
             }));
             continue;
         }
+        let path: &Arc<str> = &(**path).into();
         let mut input = 0;
         let (u, ud) = &c.inputs[k];
         let sources: Vec<u32> = u.iter().chain(ud).copied().collect();
@@ -70,7 +72,8 @@ pub(crate) fn variables(
             lane += field.lanes;
         }
     }
-    all
+    // All at once, which sorts them: of equal paths the last one stays.
+    all.into_iter().collect()
 }
 
 /// Variables of the parts of a specification that cannot be compiled, as far as they follow from the
@@ -80,13 +83,13 @@ pub fn known_variables(
     catalogue: &Catalogue,
     files: &Files,
 ) -> (Vec<String>, Vec<String>) {
-    let (mut all, mut dark) = (BTreeMap::new(), Vec::new());
+    let (mut all, mut dark) = (Vec::new(), Vec::new());
     for part in &spec.parts {
-        let path = &part.path;
+        let path: &Arc<str> = &(*part.path).into();
         let entry = catalogue.get(&part.model);
         let files = files.first(part.folder.as_deref());
         let Some(d) = entry.and_then(|e| e.describe(&part.params, &files)) else {
-            dark.push(path.clone());
+            dark.push(part.path.clone());
             continue;
         };
         let place = |_| (Place::Signal(0), Role::Output);
@@ -94,28 +97,29 @@ pub fn known_variables(
         let states = d.continuous.iter().chain(&d.discrete);
         states.for_each(|p| add(&mut all, path, "state.", p, place));
     }
+    let all: BTreeMap<String, Variable> = all.into_iter().collect();
     (all.into_keys().collect(), dark)
 }
 
 fn add(
-    all: &mut BTreeMap<String, Variable>,
-    path: &str,
+    all: &mut Vec<(String, Variable)>,
+    path: &Arc<str>,
     prefix: &str,
     port: &PortSpec,
     mut place: impl FnMut(usize) -> (Place, Role),
 ) {
     for (i, (name, unit)) in port.lane_names().into_iter().enumerate() {
         let (at, role) = place(i);
-        all.insert(
+        all.push((
             format!("{path}.{prefix}{}{name}", port.name),
             Variable {
                 place: at,
                 role,
-                unit: unit.to_string(),
-                doc: port.doc.to_string(),
+                unit: unit.to_string().into(),
+                doc: port.doc.clone(),
                 kind: if port.kind == PortKind::Bool { port.kind } else { PortKind::Numbers },
-                part: path.to_string(),
+                part: path.clone(),
             },
-        );
+        ));
     }
 }

@@ -221,6 +221,9 @@ impl MechanismBlock {
 
     pub(super) fn put_accelerations(&self, sig: &mut [f64]) {
         let plan = &*self.plan;
+        if plan.ports.accels.is_empty() {
+            return;
+        }
         let [.., first] = self.outputs();
         for (i, frame) in plan.ports.accels.iter().enumerate() {
             let a = match frame {
@@ -265,6 +268,9 @@ impl MechanismBlock {
 
     /// What compliant contact does.
     fn put_contact(&mut self, sig: &mut [f64]) {
+        if self.compliant.is_none() {
+            return;
+        }
         let [_, _, at, end] = self.outputs();
         let Some(contact) = &self.compliant else { return };
         let press = contact.points().iter().filter(|p| p.gap < 0.0);
@@ -281,6 +287,9 @@ impl MechanismBlock {
 
     /// Errors and forces of the constraints.
     fn put_constraints(&mut self, q: &[f64], sig: &mut [f64]) {
+        if self.solver.is_none() {
+            return;
+        }
         let [_, mut lane, ..] = self.outputs();
         let Some(solver) = &mut self.solver else { return };
         let plan = &*self.plan;

@@ -3,9 +3,11 @@ use super::plan::MechanismPlan;
 use crate::block::{Named, Wiring};
 use crate::plan::{Place, Role};
 use linkwork_multibody::{Body, SubhingeKind};
+use std::sync::Arc;
 
 pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
     let mut all = Vec::new();
+    let part: Arc<str> = (*m.path).into();
     for body in m.multibody.bodies() {
         coordinates(&mut all, m, w, body);
         modes(&mut all, m, w, body);
@@ -16,19 +18,19 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
             path: name,
             place: Place::Signal(lane as u32),
             role: Role::Output,
-            unit: unit.to_string(),
-            doc,
-            part: m.path.clone(),
+            unit: unit.into(),
+            doc: doc.into(),
+            part: part.clone(),
         });
     }
     loop_motions(&mut all, m, w);
-    let state = |path: String, lane: usize, doc: &str| Named {
+    let state = |path: String, lane: usize, doc: &'static str| Named {
         path,
         place: Place::X(lane as u32),
         role: Role::State,
-        unit: String::new(),
-        doc: doc.to_string(),
-        part: m.path.clone(),
+        unit: "".into(),
+        doc: doc.into(),
+        part: part.clone(),
     };
     let first = w.x + m.multibody.nq() + m.multibody.nv() + 2 * m.multibody.motions();
     for i in 0..m.bristles() {
@@ -38,62 +40,82 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
     all
 }
 
-type Lane = (String, &'static str);
+/// Name and unit.
+type Lane = (&'static str, &'static str);
 
-fn xyz(stem: &str, unit: &'static str) -> Vec<Lane> {
-    ["x", "y", "z"].map(|c| (format!("{stem}.{c}"), unit)).to_vec()
-}
-
-fn quaternion() -> Vec<Lane> {
-    ["x", "y", "z", "w"].map(|c| (format!("rotation.{c}"), "")).to_vec()
-}
+const FREE: [&[Lane]; 3] = [
+    &[
+        ("position.x", "m"),
+        ("position.y", "m"),
+        ("position.z", "m"),
+        ("rotation.x", ""),
+        ("rotation.y", ""),
+        ("rotation.z", ""),
+        ("rotation.w", ""),
+    ],
+    &[
+        ("angular.x", "rad/s"),
+        ("angular.y", "rad/s"),
+        ("angular.z", "rad/s"),
+        ("velocity.x", "m/s"),
+        ("velocity.y", "m/s"),
+        ("velocity.z", "m/s"),
+    ],
+    &[
+        ("angular_acceleration.x", "rad/s^2"),
+        ("angular_acceleration.y", "rad/s^2"),
+        ("angular_acceleration.z", "rad/s^2"),
+        ("acceleration.x", "m/s^2"),
+        ("acceleration.y", "m/s^2"),
+        ("acceleration.z", "m/s^2"),
+    ],
+];
 
 /// Names of the coordinates, rates and accelerations of a subhinge.
-fn lanes(kind: SubhingeKind) -> [Vec<Lane>; 3] {
-    let one = |name: &str, unit| vec![(name.to_string(), unit)];
+fn lanes(kind: SubhingeKind) -> [&'static [Lane]; 3] {
     match kind {
         SubhingeKind::Pin { .. } | SubhingeKind::Screw { .. } => {
-            [one("angle", "rad"), one("rate", "rad/s"), one("acceleration", "rad/s^2")]
+            [&[("angle", "rad")], &[("rate", "rad/s")], &[("acceleration", "rad/s^2")]]
         }
         SubhingeKind::Slider { .. } => {
-            [one("displacement", "m"), one("speed", "m/s"), one("acceleration", "m/s^2")]
+            [&[("displacement", "m")], &[("speed", "m/s")], &[("acceleration", "m/s^2")]]
         }
-        SubhingeKind::Ball => {
-            [quaternion(), xyz("angular", "rad/s"), xyz("angular_acceleration", "rad/s^2")]
-        }
-        SubhingeKind::Free => {
-            let q = [xyz("position", "m"), quaternion()].concat();
-            let v = [xyz("angular", "rad/s"), xyz("velocity", "m/s")].concat();
-            let a = [xyz("angular_acceleration", "rad/s^2"), xyz("acceleration", "m/s^2")].concat();
-            [q, v, a]
-        }
-        SubhingeKind::Locked => [vec![], vec![], vec![]],
+        // The second part of the coordinates, the first of the others.
+        SubhingeKind::Ball => [&FREE[0][3..], &FREE[1][..3], &FREE[2][..3]],
+        SubhingeKind::Free => FREE,
+        SubhingeKind::Locked => [&[], &[], &[]],
     }
 }
 
 fn coordinates(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring, body: &Body) {
     let (x, nq) = (w.x, m.multibody.nq());
+    let part: Arc<str> = body.name().into();
     for (s, sub) in body.subhinges().iter().enumerate() {
         let tag = if body.subhinges().len() > 1 { format!("[{s}]") } else { String::new() };
         let [q, v, a] = lanes(sub.subhinge.kind);
-        let q = q.into_iter().enumerate().map(|(i, n)| {
-            (n, Place::X((x + sub.q.start + i) as u32), Role::State, "Coordinate of the hinge.")
+        let state = |lane: usize| (Place::X(lane as u32), Role::State);
+        let output = |lane: usize| (Place::Signal(lane as u32), Role::Output);
+        let q = q
+            .iter()
+            .enumerate()
+            .map(|(i, n)| (n, state(x + sub.q.start + i), "Coordinate of the hinge."));
+        let v = v.iter().enumerate().map(|(i, n)| {
+            (n, state(x + nq + sub.v.start + i), "Velocity of the hinge, child axes.")
         });
-        let v = v.into_iter().enumerate().map(|(i, n)| {
-            let place = Place::X((x + nq + sub.v.start + i) as u32);
-            (n, place, Role::State, "Velocity of the hinge, child axes.")
+        let a = a.iter().enumerate().map(|(i, n)| {
+            let doc = "Rate of change of the hinge's velocity lanes.";
+            (n, output(w.yd + sub.v.start + i), doc)
         });
-        let a = a.into_iter().enumerate().map(|(i, n)| {
-            let place = Place::Signal((w.yd + sub.v.start + i) as u32);
-            (n, place, Role::Output, "Rate of change of the hinge's velocity lanes.")
-        });
-        all.extend(q.chain(v).chain(a).map(|((name, unit), place, role, doc)| Named {
-            path: format!("{}{tag}.{name}", body.name()),
+        let mut lanes: Vec<_> = q.chain(v).chain(a).collect();
+        // Bodies are in the order of their names: so all paths are, and sorting them again costs nothing.
+        lanes.sort_unstable_by_key(|lane| lane.0.0);
+        all.extend(lanes.into_iter().map(|(&(name, unit), (place, role), doc)| Named {
+            path: [&part, &*tag, ".", name].concat(),
             place,
             role,
-            unit: unit.to_string(),
-            doc: doc.to_string(),
-            part: body.name().to_string(),
+            unit: unit.into(),
+            doc: doc.into(),
+            part: part.clone(),
         }));
     }
 }
@@ -108,24 +130,25 @@ fn modes(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring, body: &Body) {
             path: format!("{}.{name}[{}]", body.name(), i % count),
             place: Place::X(lane as u32),
             role: Role::State,
-            unit: String::new(),
-            doc: doc.to_string(),
-            part: body.name().to_string(),
+            unit: "".into(),
+            doc: doc.into(),
+            part: body.name().into(),
         });
     }
 }
 
 fn loop_motions(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring) {
     let first = w.x + m.multibody.nq() + m.multibody.nv();
-    let mut both = |i: usize, names: [String; 2], doc: &str| {
+    let part: Arc<str> = (*m.path).into();
+    let mut both = |i: usize, names: [String; 2], doc: &'static str| {
         for (j, name) in names.into_iter().enumerate() {
             all.push(Named {
                 path: format!("{}.{name}", m.path),
                 place: Place::X((first + 2 * i + j) as u32),
                 role: Role::State,
-                unit: String::new(),
-                doc: doc.to_string(),
-                part: m.path.clone(),
+                unit: "".into(),
+                doc: doc.into(),
+                part: part.clone(),
             });
         }
     };

@@ -25,15 +25,15 @@
 
 use super::coefficients::Coefficients;
 use linkwork_spatial::{Mat3, Vec3};
+use wide::f64x4;
 
 /// Orders that go side by side.
 const LANES: usize = 4;
-type Lanes = [f64; LANES];
-const ZERO: Lanes = [0.0; LANES];
+type Lanes = f64x4;
+const ZERO: Lanes = Lanes::ZERO;
 
 /// One degree of four orders.
 #[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
 struct Row {
     a: Lanes,
     b: Lanes,
@@ -62,11 +62,11 @@ pub struct Harmonics {
     /// Blocks of four orders one after the other; block k has degrees 4k … degree.
     rows: Vec<Row>,
     /// Ā_mm.
-    diagonal: Vec<Lanes>,
+    diagonal: Vec<[f64; LANES]>,
 }
 
 /// Sums over degrees of one block: index 0 for C̄, 1 for S̄.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Sums {
     /// F, (n+1) F, F'.
     f: [Lanes; 2],
@@ -87,7 +87,7 @@ impl Harmonics {
         let mut diagonal = Vec::new();
         let mut a_mm = 1.0;
         for first in (0..=order).step_by(LANES) {
-            let mut start = ZERO;
+            let mut start = [0.0; LANES];
             for (lane, start) in start.iter_mut().enumerate() {
                 let m = first + lane;
                 if m > 0 {
@@ -174,13 +174,13 @@ impl Harmonics {
         for (k, diagonal) in self.diagonal.iter().enumerate() {
             let first = k * LANES;
             let count = self.degree + 1 - first;
-            let mut start = ZERO;
+            let mut start = [0.0; LANES];
             for lane in 0..LANES {
                 start[lane] = diagonal[lane] * rho_m;
                 rho_m *= rho;
             }
             let rows = &self.rows[from..from + count];
-            let sums = block::<GRADIENT>(rows, first, &start, u_rho, rho, rho2);
+            let sums = block::<GRADIENT>(rows, first, &start, [u_rho, rho, rho2]);
             from += count;
             for lane in 0..LANES.min(self.order + 1 - first) {
                 t.add::<GRADIENT>(&sums, lane, (first + lane) as f64, &power);
@@ -193,23 +193,54 @@ impl Harmonics {
 
 /// Factors of the recursion and coefficients of degree `n`, orders `first` … `first + 3`.
 fn row(field: &Coefficients, n: usize, first: usize) -> Row {
-    let mut row = Row { a: ZERO, b: ZERO, c: ZERO, s: ZERO };
+    let [mut a, mut b, mut c, mut s] = [[0.0; LANES]; 4];
     for lane in 0..LANES {
         let m = first + lane;
         if m > n || m > field.order() {
             continue;
         }
-        (row.c[lane], row.s[lane]) = field.get(n, m);
+        (c[lane], s[lane]) = field.get(n, m);
         if n > m {
             let (n, m) = (n as f64, m as f64);
             let d = (n - m) * (n + m);
-            row.a[lane] = ((2.0 * n - 1.0) * (2.0 * n + 1.0) / d).sqrt();
-            let b = (2.0 * n + 1.0) * (n + m - 1.0) * (n - m - 1.0) / (d * (2.0 * n - 3.0));
+            a[lane] = ((2.0 * n - 1.0) * (2.0 * n + 1.0) / d).sqrt();
+            let square = (2.0 * n + 1.0) * (n + m - 1.0) * (n - m - 1.0) / (d * (2.0 * n - 3.0));
             // At n = m + 1 the factor is zero; for n = 1 its sign is none.
-            row.b[lane] = b.max(0.0).sqrt();
+            b[lane] = square.max(0.0).sqrt();
         }
     }
-    row
+    Row { a: a.into(), b: b.into(), c: c.into(), s: s.into() }
+}
+
+/// The recursion over the degrees of four orders.
+struct Recursion {
+    u_rho: Lanes,
+    rho: Lanes,
+    rho2: Lanes,
+    /// F, F', F'' of the last degree and of the one before.
+    last: [Lanes; 3],
+    before: [Lanes; 3],
+    /// Degree of the next row, and one.
+    n1: Lanes,
+    sums: Sums,
+}
+
+impl Recursion {
+    /// One degree; `start` changes F before it is summed.
+    #[inline(always)]
+    fn degree<const GRADIENT: bool>(&mut self, row: &Row, start: impl Fn(Lanes) -> Lanes) {
+        let (last, before) = (self.last, self.before);
+        let (au, a, b) = (row.a * self.u_rho, row.a * self.rho, row.b * self.rho2);
+        let f = start(au.mul_add(last[0], -(b * before[0])));
+        let d = au.mul_add(last[1], a.mul_add(last[0], -(b * before[1])));
+        let dd = match GRADIENT {
+            true => au.mul_add(last[2], (a + a).mul_add(last[1], -(b * before[2]))),
+            false => ZERO,
+        };
+        self.sums.add::<GRADIENT>(row, [f, d, dd], self.n1);
+        (self.before, self.last) = (last, [f, d, dd]);
+        self.n1 += Lanes::ONE;
+    }
 }
 
 /// Sums over the degrees of four orders. The first four rows bring the diagonal in, lane by lane.
@@ -217,54 +248,45 @@ fn row(field: &Coefficients, n: usize, first: usize) -> Row {
 fn block<const GRADIENT: bool>(
     rows: &[Row],
     first: usize,
-    start: &Lanes,
-    u_rho: f64,
-    rho: f64,
-    rho2: f64,
+    diagonal: &[f64; LANES],
+    [u_rho, rho, rho2]: [f64; 3],
 ) -> Sums {
-    let z = [ZERO; 2];
-    let mut sums = Sums { f: z, f1: z, d: z, f2: z, d1: z, dd: z };
-    // F, F', F'' of the last degree and of the one before.
-    let mut last = [ZERO; 3];
-    let mut before = [ZERO; 3];
-    for (k, row) in rows.iter().enumerate() {
-        let n1 = (first + k + 1) as f64;
-        let mut now = [ZERO; 3];
-        for i in 0..LANES {
-            let (au, a, b) = (row.a[i] * u_rho, row.a[i] * rho, row.b[i] * rho2);
-            now[0][i] = au.mul_add(last[0][i], -(b * before[0][i]));
-            let d = a.mul_add(last[0][i], -(b * before[1][i]));
-            now[1][i] = au.mul_add(last[1][i], d);
-            if GRADIENT {
-                let dd = (2.0 * a).mul_add(last[1][i], -(b * before[2][i]));
-                now[2][i] = au.mul_add(last[2][i], dd);
-            }
-        }
-        if k < LANES {
-            now[0][k] = start[k];
-        }
-        sums.add::<GRADIENT>(row, &now, n1);
-        (before, last) = (last, now);
+    let mut all = Recursion {
+        u_rho: u_rho.into(),
+        rho: rho.into(),
+        rho2: rho2.into(),
+        last: [ZERO; 3],
+        before: [ZERO; 3],
+        n1: ((first + 1) as f64).into(),
+        sums: Sums::default(),
+    };
+    let (head, rest) = rows.split_at(LANES.min(rows.len()));
+    for (k, row) in head.iter().enumerate() {
+        all.degree::<GRADIENT>(row, |f| {
+            let mut f = f.to_array();
+            f[k] = diagonal[k];
+            f.into()
+        });
     }
-    sums
+    for row in rest {
+        all.degree::<GRADIENT>(row, |f| f);
+    }
+    all.sums
 }
 
 impl Sums {
     /// One degree of four orders.
     #[inline(always)]
-    fn add<const GRADIENT: bool>(&mut self, row: &Row, now: &[Lanes; 3], n1: f64) {
-        for i in 0..LANES {
-            let (f, d) = (now[0][i], now[1][i]);
-            let f1 = n1 * f;
-            for (j, x) in [row.c[i], row.s[i]].into_iter().enumerate() {
-                self.f[j][i] = f.mul_add(x, self.f[j][i]);
-                self.f1[j][i] = f1.mul_add(x, self.f1[j][i]);
-                self.d[j][i] = d.mul_add(x, self.d[j][i]);
-                if GRADIENT {
-                    self.f2[j][i] = ((n1 + 1.0) * f1).mul_add(x, self.f2[j][i]);
-                    self.d1[j][i] = (n1 * d).mul_add(x, self.d1[j][i]);
-                    self.dd[j][i] = now[2][i].mul_add(x, self.dd[j][i]);
-                }
+    fn add<const GRADIENT: bool>(&mut self, row: &Row, [f, d, dd]: [Lanes; 3], n1: Lanes) {
+        let f1 = n1 * f;
+        for (j, x) in [row.c, row.s].into_iter().enumerate() {
+            self.f[j] = f.mul_add(x, self.f[j]);
+            self.f1[j] = f1.mul_add(x, self.f1[j]);
+            self.d[j] = d.mul_add(x, self.d[j]);
+            if GRADIENT {
+                self.f2[j] = ((n1 + Lanes::ONE) * f1).mul_add(x, self.f2[j]);
+                self.d1[j] = (n1 * d).mul_add(x, self.d1[j]);
+                self.dd[j] = dd.mul_add(x, self.dd[j]);
             }
         }
     }
@@ -328,7 +350,7 @@ impl Totals {
 
 #[inline(always)]
 fn pick(x: &[Lanes; 2], i: usize) -> (f64, f64) {
-    (x[0][i], x[1][i])
+    (x[0].to_array()[i], x[1].to_array()[i])
 }
 
 /// p r + q i.

@@ -125,7 +125,7 @@ impl Simulation {
             Ok(())
         })?
         .map_err(|e: String| refuse(e))?;
-        let units = variables.iter().map(|v| v.unit.clone()).collect();
+        let units = variables.iter().map(|v| v.unit.to_string()).collect();
         Ok(Log { names, units, rows })
     }
 
@@ -289,7 +289,7 @@ impl Simulation {
                 Role::Free => "input",
                 Role::Input => "wired input",
             };
-            let (unit, doc, part) = (v.unit.clone(), v.doc.clone(), v.part.clone());
+            let (unit, doc, part) = (v.unit.to_string(), v.doc.to_string(), v.part.to_string());
             let variable = Variable { path: path.clone(), unit, doc, role, part };
             all.set_item(path, Py::new(py, variable)?)?;
         }
