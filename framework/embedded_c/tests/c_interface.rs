@@ -11,6 +11,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::ptr::{null, null_mut};
 
+/// A goal of which nothing counts.
+const NOWHERE: LwGoal = LwGoal {
+    pose: LwPose { position: [0.0; 3], quaternion: [0.0; 4] },
+    weights: [1.0; 2],
+    parts: 0,
+    direction: [0.0; 3],
+    axis: [0.0; 3],
+    towards: [0.0; 3],
+    within: 0.0,
+};
+
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
@@ -37,7 +48,9 @@ fn the_header_is_what_cbindgen_makes() {
         ..Config::default()
     };
     let mut builder = Builder::new().with_config(config);
-    for file in ["status", "edge", "builder", "model", "robot", "reach", "hold", "collide"] {
+    let set_up = ["status", "edge", "builder", "shape", "model", "robot"];
+    let calls = ["task", "control", "reach", "hold", "dual", "mass", "collide", "path", "timing"];
+    for file in set_up.into_iter().chain(calls) {
         builder = builder.with_src(folder().join(format!("src/{file}.rs")));
     }
     let mut made = Vec::new();
@@ -290,7 +303,7 @@ fn null_is_a_code_wherever_it_is_given() {
     let (mut x, mut id, mut n) = ([0.1; 18], 0_u32, 0_usize);
     let p = x.as_mut_ptr();
     let pose = LwPose { position: [0.0; 3], quaternion: [0.0, 0.0, 0.0, 1.0] };
-    let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION };
+    let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION, ..NOWHERE };
     let shape = LwShape { kind: 0, size: [1.0, 0.0, 0.0] };
     let a = c("arm");
     // SAFETY: what is not NULL is right.
@@ -386,7 +399,10 @@ fn mistakes_are_codes_with_messages() {
     let mut x = [0.1; 18];
     let p = x.as_mut_ptr();
     let pose = |z, w| LwPose { position: [0.3, 0.0, z], quaternion: [0.0, 0.0, 0.0, w] };
-    let goal = |parts, weight| LwGoal { pose: pose(0.3, 2.0), weights: [weight, 1.0], parts };
+    let goal = |parts, weight| {
+        let (pose, weights) = (pose(0.3, 2.0), [weight, 1.0]);
+        LwGoal { pose, weights, parts, ..NOWHERE }
+    };
     let nan = [0.0, f64::NAN, 0.0];
     let (mut id, mut n, mut hit) = (9_u32, 0_usize, true);
     let mut answer = LwAnswer {
@@ -431,7 +447,7 @@ fn mistakes_are_codes_with_messages() {
             |g: &LwGoal, e: *const LwEffort, a: *mut LwAnswer| lw_robot_reach(r, 0, g, e, p, 3, a);
         let (a, default) = (&raw mut answer, null());
         robot(reach(&goal(0, 1.0), default, a), OutOfRange, &["ask for a position"]);
-        robot(reach(&goal(8, 1.0), default, a), OutOfRange, &["`parts` is 8", "LW_GOAL_"]);
+        robot(reach(&goal(128, 1.0), default, a), OutOfRange, &["`parts` is 128", "LW_GOAL_"]);
         robot(reach(&goal(LW_GOAL_ORIENTATION, 1.0), default, a), OutOfRange, &["quaternion", "2"]);
         robot(reach(&goal(LW_GOAL_POSITION, 0.0), default, a), OutOfRange, &["weight"]);
         robot(reach(&goal(LW_GOAL_POSITION, 1.0), &effort, a), OutOfRange, &["tolerance"]);
@@ -589,7 +605,7 @@ fn no_call_allocates_after_set_up() {
     let s = Scene::new();
     let r = s.robot;
     let pose = LwPose { position: [0.5, 0.1, 0.5], quaternion: [0.0, 0.0, 0.0, 1.0] };
-    let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION };
+    let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION, ..NOWHERE };
     let push = LwPush { moment: [1.0; 3], force: [2.0; 3], at: [0.1; 3], part: 0 };
     let (mut q, mut x, mut out, mut hit) = ([0.1; 3], [0.0; 18], pose, false);
     let mut text = [0; 300];

@@ -1,0 +1,52 @@
+//! Memory of calls that a robot does not have from the beginning: made at set-up with the room asked for, lent to one call at a time.
+
+use crate::robot::Instance;
+use crate::status::Fault;
+use linkwork_embedded::{RobotError, RobotModel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+/// Memory for the robots of one model.
+pub(crate) struct Tool<T> {
+    inner: Mutex<T>,
+    model: Arc<RobotModel>,
+}
+
+impl<T> Tool<T> {
+    pub fn new(r: &Instance, inner: T) -> Self {
+        let inner = Mutex::new(inner);
+        // A lock may take memory at its first use on some systems.
+        drop(inner.lock().unwrap_or_else(PoisonError::into_inner));
+        Self { inner, model: r.robot.model().clone() }
+    }
+}
+
+/// Lends the memory behind a handle to a call with a robot of the same model. What panicked once is not touched again.
+///
+/// # Safety
+/// The promises at the head of the crate.
+pub(crate) unsafe fn lend<'a, H: 'a, T>(
+    what: &'static str,
+    handle: *const H,
+    tool: impl Fn(&'a H) -> &'a Tool<T>,
+    r: &Instance,
+) -> Result<MutexGuard<'a, T>, Fault> {
+    // SAFETY: a handle of this library that is not freed, or NULL.
+    let tool = tool(unsafe { handle.as_ref() }.ok_or(Fault::Null(what))?);
+    if !Arc::ptr_eq(&tool.model, r.robot.model()) {
+        return Err(RobotError::ForeignHandle.into());
+    }
+    match tool.inner.try_lock() {
+        Ok(inner) => Ok(inner),
+        Err(TryLockError::WouldBlock) => Err(Fault::Busy),
+        Err(TryLockError::Poisoned(_)) => Err(Fault::Panicked),
+    }
+}
+
+/// Refuses room that no program asks for on purpose.
+pub(crate) fn room(what: &'static str, asked: usize) -> Result<usize, Fault> {
+    if asked <= 1 << 24 {
+        return Ok(asked);
+    }
+    let (value, help) = (asked as f64, "reserve room for 16777216 at most");
+    Err(RobotError::OutOfRange { what, value, help }.into())
+}
