@@ -28,7 +28,7 @@ pub(crate) struct Instance {
 }
 
 impl Instance {
-    fn new(robot: Robot) -> Self {
+    pub fn new(robot: Robot) -> Self {
         let room = robot.model().parts().len();
         let closed = Closed::of(robot.model());
         let swept = Swept::new(robot.model().nq());

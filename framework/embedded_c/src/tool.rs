@@ -50,3 +50,44 @@ pub(crate) fn room(what: &'static str, asked: usize) -> Result<usize, Fault> {
     let (value, help) = (asked as f64, "reserve room for 16777216 at most");
     Err(RobotError::OutOfRange { what, value, help }.into())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use super::*;
+    use linkwork_embedded::multibody::Builder;
+    use linkwork_embedded::{ModelSpec, Robot};
+
+    fn instance() -> Instance {
+        let spec = ModelSpec { mechanism: Builder::new(), ..ModelSpec::default() };
+        Instance::new(Robot::new(&RobotModel::new(&spec).unwrap()))
+    }
+
+    #[test]
+    fn memory_is_lent_to_one_call_at_a_time_and_not_after_a_panic() {
+        let (own, other) = (instance(), instance());
+        let tool = Tool::new(&own, 7);
+        // SAFETY: the tool lives longer than what is lent.
+        let ask = |r: &Instance| {
+            unsafe { lend("tool", &tool, |t| t, r) }.map(|mut t| {
+                *t += 1;
+                *t
+            })
+        };
+        assert_eq!(ask(&own).unwrap(), 8);
+        assert!(matches!(ask(&other), Err(Fault::Robot(RobotError::ForeignHandle))));
+        // SAFETY: as above.
+        let held = unsafe { lend("tool", &tool, |t| t, &own) }.unwrap();
+        assert!(matches!(ask(&own), Err(Fault::Busy)));
+        drop(held);
+        assert_eq!(ask(&own).unwrap(), 9);
+        let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            // SAFETY: as above.
+            let _held = unsafe { lend("tool", &tool, |t| t, &own) }.unwrap();
+            panic!("on purpose");
+        }));
+        assert!(done.is_err());
+        assert!(matches!(ask(&own), Err(Fault::Panicked)));
+        assert!(room("places", 1 << 24).is_ok() && room("places", (1 << 24) + 1).is_err());
+    }
+}

@@ -162,14 +162,14 @@ fn in_rust(text: &str) -> Arc<RobotModel> {
     let ground =
         Shape::HeightField { x: 3, y: 3, spacing: [2.0, 2.0], heights: HEIGHTS.as_slice().into() };
     let fore = Shape::Capsule { radius: 0.04, half_length: 0.1 };
-    let post = Shape::Box { half: Vec3::new(0.05, 0.06, 0.2) };
+    let post = Shape::Box { half: Vec3::new(0.03, 0.04, 0.3) };
     let mut colliders = vec![
         ColliderSpec::new("left_fore", "left4", fore.clone()),
         ColliderSpec::new("right_fore", "right4", fore),
         ColliderSpec::new("left_palm", "left_hand", hull()),
         ColliderSpec::new("right_palm", "right_hand", mesh),
         ColliderSpec::new("ground", "world", ground).at(Pose::translation(0.0, 0.0, -1.0)),
-        ColliderSpec::new("post", "world", post).at(Pose::translation(0.9, 0.1, 0.2)),
+        ColliderSpec::new("post", "world", post).at(Pose::translation(0.72, 0.2, 0.75)),
     ];
     let cells = [4, 4, 4];
     colliders.push(ColliderSpec::new(
@@ -239,8 +239,8 @@ fn in_c(text: &str) -> (*mut LwModel, *mut LwRobot) {
                 b,
                 c"post".as_ptr(),
                 world,
-                &pose(0.9, 0.1, 0.2),
-                &LwShape { kind: LW_SHAPE_BOX, size: [0.05, 0.06, 0.2] },
+                &pose(0.72, 0.2, 0.75),
+                &LwShape { kind: LW_SHAPE_BOX, size: [0.03, 0.04, 0.3] },
             ),
             lw_builder_voxel_map(b, c"map".as_ptr(), world, null(), [4, 4, 4].as_ptr(), 0.1),
             lw_builder_coarse(
@@ -265,6 +265,13 @@ pub fn quiet(call: impl FnOnce() -> LwStatus) {
     let mut status = LwStatus::Panicked;
     let counted = allocation_counter::measure(|| status = call());
     assert_eq!((status, counted.count_total), (LwStatus::Ok, 0));
+}
+
+/// A call that has to do what it is asked, and to take no memory once that has its size.
+#[track_caller]
+pub fn settled(mut call: impl FnMut() -> LwStatus) {
+    assert_eq!(call(), LwStatus::Ok);
+    quiet(call);
 }
 
 /// All of them answer that something is NULL.
