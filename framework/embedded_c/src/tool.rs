@@ -67,12 +67,11 @@ mod tests {
     fn memory_is_lent_to_one_call_at_a_time_and_not_after_a_panic() {
         let (own, other) = (instance(), instance());
         let tool = Tool::new(&own, 7);
-        // SAFETY: the tool lives longer than what is lent.
         let ask = |r: &Instance| {
-            unsafe { lend("tool", &tool, |t| t, r) }.map(|mut t| {
-                *t += 1;
-                *t
-            })
+            // SAFETY: the tool lives longer than what is lent.
+            let mut lent = unsafe { lend("tool", &tool, |t| t, r) }?;
+            *lent += 1;
+            Ok::<i32, Fault>(*lent)
         };
         assert_eq!(ask(&own).unwrap(), 8);
         assert!(matches!(ask(&other), Err(Fault::Robot(RobotError::ForeignHandle))));

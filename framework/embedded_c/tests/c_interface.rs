@@ -156,6 +156,28 @@ fn expected() -> String {
     robot.reach(arm, &goal, &Effort::default(), &mut q).unwrap();
     print("q", &q);
     robot.set_q(&q).unwrap();
+    let m = robot.manipulability(arm, Rows::Linear, None).unwrap();
+    print("manipulability", &[m.w]);
+    let up = spatial::Motion::new(Vec3::zeros(), Vec3::new(0.0, 0.0, 0.2));
+    let wish = Wish::new(0, Aim::Tip { part: arm, motion: up, rows: Rows::Linear });
+    let (mut control, mut rates) = (RateControl::new(&robot, 1, 1), [0.0; 3]);
+    let guards = Guards { horizon: 0.05, manipulable: &[(arm, 0.01)] };
+    control.solve(&mut robot, &[wish], &guards, &mut rates, &mut [0.0]).unwrap();
+    print("rates", &rates);
+    robot.put(cup, Pose::translation(0.62, 0.25, 0.5)).unwrap();
+    let mut planner = Planner::new(&robot, arm, 100).unwrap();
+    let home = [1.2, 0.4, -0.9];
+    let way = planner.plan(&mut robot, &q, &home, &Search::default()).unwrap();
+    assert_eq!(way, Way::Found);
+    let way: Vec<f64> = planner.way().flatten().copied().collect();
+    let mut timing = Timing::new(&robot, 16, 640).unwrap();
+    let limits = MotionLimits::of(&model).acceleration(4.0);
+    let timed = timing.plan(&mut robot, &way, &limits, 0.0).unwrap();
+    let Timed::Found { duration } = timed else { panic!("{timed:?}") };
+    print("duration", &[duration]);
+    let (mut at, mut v, mut vdot) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+    timing.at(0.3, &mut at, &mut v, &mut vdot).unwrap();
+    print("on_the_way", &[at, v, vdot].concat());
     robot.held_still(&[], &mut tau).unwrap();
     print("empty", &tau);
     robot.grasp(arm, cup, Grasp::At(Pose::translation(0.1, 0.0, 0.0))).unwrap();
@@ -525,6 +547,8 @@ fn names_settings_and_handles_go_through() {
     let (r, m) = (s.robot, s.model);
     // SAFETY: handles of the library, texts with a zero, arrays of the lengths given.
     unsafe {
+        let version = CStr::from_ptr(lw_version()).to_str().unwrap();
+        assert_eq!(version, env!("CARGO_PKG_VERSION"));
         let (mut nq, mut nv, mut part, mut body, mut elbow) = (0, 0, 9, 9, (9, 9));
         assert_eq!(lw_model_sizes(m, &mut nq, &mut nv), LwStatus::Ok);
         assert_eq!(lw_model_part(m, c"arm".as_ptr(), &mut part), LwStatus::Ok);

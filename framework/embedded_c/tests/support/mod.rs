@@ -22,7 +22,7 @@ const ARM: [(&str, [f64; 3]); 6] = [
 ];
 
 /// A torso that turns, and two arms on it: 13 hinges.
-fn urdf() -> String {
+pub fn urdf() -> String {
     let mut text = String::from("<robot name='two'><link name='base'/>");
     let mut body = |name: &str, parent: &str, axis: &str, at: [f64; 3], mass: f64| {
         let [x, y, z] = at;
