@@ -6,7 +6,10 @@ use crate::status::{Fault, LwStatus};
 use crate::task::rows;
 use crate::tool::{Tool, lend, room};
 use linkwork_embedded::spatial::Vec3;
-use linkwork_embedded::{Aim, Guards, Part, RateControl, RobotError, Touch, WholeBody, Wish};
+use linkwork_embedded::{
+    Aim, Guards, Part, RateControl, RobotError, Touch, WholeBody, Wish, support_margin,
+    support_polygon,
+};
 
 /// The tip of a chain moves, in the world.
 pub const LW_WISH_TIP: u32 = 0;
@@ -336,4 +339,55 @@ pub unsafe extern "C" fn lw_whole_body_solve(
             Ok(())
         })
     }
+}
+
+/// Where the centre of mass may be above `n` touching points (2 numbers each: x, y, m, in a level plane): the corners of their hull, counter-clockwise, into `hull` (room for n + 1 of them), and how
+/// many there are into `count`: two for points on a line, one for points that are all the same. `points` are put in order meanwhile; those that are no numbers count as none.
+/// No handle has a message of it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_support_polygon(
+    points: *mut f64,
+    n: usize,
+    hull: *mut f64,
+    room: usize,
+    count: *mut usize,
+) -> LwStatus {
+    edge::plain(|| {
+        // SAFETY: the caller's promises.
+        unsafe {
+            let count = Out::new("count", count)?;
+            let [all, corners] = [n, room].map(|n| n.saturating_mul(2));
+            disjoint(&[], &[("points", points, all), ("hull", hull, corners)])?;
+            if room <= n {
+                let (what, wanted) = ("corners", n.saturating_add(1));
+                return Err(RobotError::NoRoom { what, wanted, room }.into());
+            }
+            let points = numbers_mut("points", points.cast::<[f64; 2]>(), n, n)?;
+            let hull = numbers_mut("hull", hull.cast::<[f64; 2]>(), room, room)?;
+            count.set(support_polygon(points, hull));
+            Ok(())
+        }
+    })
+}
+
+/// How far a place `p` (2 numbers: x, y, m) is inside a polygon with `n` corners (2 numbers each, counter-clockwise), into `margin`: the distance to its nearest edge, m, negative outside. Of
+/// no corner it is minus infinity. No handle has a message of it.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_support_margin(
+    hull: *const f64,
+    n: usize,
+    p: *const f64,
+    margin: *mut f64,
+) -> LwStatus {
+    edge::plain(|| {
+        // SAFETY: the caller's promises.
+        unsafe {
+            let margin = Out::new("margin", margin)?;
+            let hull = numbers("hull", hull.cast::<[f64; 2]>(), n, n)?;
+            let p = value("p", p.cast::<[f64; 2]>())?;
+            edge::finite("p", &p)?;
+            margin.set(support_margin(hull, p));
+            Ok(())
+        }
+    })
 }

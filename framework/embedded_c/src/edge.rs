@@ -116,6 +116,14 @@ pub(crate) unsafe fn alone<H, T>(
     fault.status()
 }
 
+/// Runs a call without a handle: its code is all that is told.
+pub(crate) fn plain(work: impl FnOnce() -> Result<(), Fault>) -> LwStatus {
+    match catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(Fault::Panicked)) {
+        Ok(()) => LwStatus::Ok,
+        Err(fault) => fault.status(),
+    }
+}
+
 /// Frees a handle; NULL is none.
 ///
 /// # Safety

@@ -48,7 +48,7 @@ pub unsafe extern "C" fn lw_builder_hull(
 }
 
 /// A surface of triangles: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0, counter-clockwise seen from outside). Only its outside pushes; a
-/// hull is faster and better where it fits. `at` and `carrier` as of `lw_builder_shape`.
+/// hull is faster and better where it fits. Questions about it take memory until that has its size, yes and no, too. `at` and `carrier` as of `lw_builder_shape`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_mesh(
     builder: *mut LwBuilder,
@@ -73,7 +73,7 @@ pub unsafe extern "C" fn lw_builder_mesh(
 }
 
 /// Terrain: heights (z, m) of `x` by `y` points (at least 2 each) on a grid that is centred on the origin, `spacing` (2 numbers, m) apart along x and y, solid below without end. `heights`: `n` = x y numbers, the row
-/// of lowest y first; NaN where there is no ground. `at` and `carrier` as of `lw_builder_shape`.
+/// of lowest y first; NaN where there is no ground. Memory as of `lw_builder_mesh`. `at` and `carrier` as of `lw_builder_shape`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_height_field(
     builder: *mut LwBuilder,

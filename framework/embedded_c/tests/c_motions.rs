@@ -31,7 +31,17 @@ fn paths_are_swept() {
         let (a, o) = (Q.as_ptr(), &raw mut told);
         let (mut outcomes, mut most) = (Vec::new(), 0);
         let near: [f64; 13] = std::array::from_fn(|k| Q[k] + if k == 12 { 0.2 } else { 0.0 });
-        for (q, least) in [(goal, 1e-3), (near, 1e-3), (near, 0.9)] {
+        // Up to where long pieces cannot be proven free.
+        let mut undecided = |q: &[f64; 13]| {
+            matches!(two.robot.path_free(&Q, q, 0.9).unwrap(), Path::Undecided { .. })
+        };
+        let mut toward = (1..60).map(|k| {
+            let mut q = Q;
+            q[1] -= 0.01 * k as f64;
+            q
+        });
+        let hair = toward.find(|q| undecided(q)).unwrap();
+        for (q, least) in [(goal, 1e-3), (near, 1e-3), (hair, 0.9), (hair, 1e-3)] {
             settled(|| lw_robot_path_free(r, a, q.as_ptr(), 13, least, usize::MAX, o));
             let rust = two.robot.path_free(&Q, &q, least).unwrap();
             assert_eq!(path(&told), path(&Some(rust).into()));
@@ -40,14 +50,18 @@ fn paths_are_swept() {
             let whole = told;
             quiet(|| lw_robot_path_free(r, a, q.as_ptr(), 13, least, 1, o));
             let mut portions = 1;
-            while (*o).outcome == LwPathOutcome::Unfinished {
+            loop {
+                if told.outcome != LwPathOutcome::Unfinished {
+                    break;
+                }
                 quiet(|| lw_robot_path_free_on(r, 1, o));
                 portions += 1;
             }
             assert_eq!(path(&told), path(&whole));
             most = most.max(portions);
         }
-        assert_eq!(outcomes[..2], [LwPathOutcome::Hit, LwPathOutcome::Free]);
+        use LwPathOutcome::{Free, Hit, Undecided};
+        assert_eq!(outcomes, [Hit, Free, Undecided, Free]);
         assert!(most > 1, "{most}");
         two.refused(lw_robot_path_free_on(r, 1, o), LwStatus::NoSearch, "lw_robot_path_free");
         let ask = |b: *const f64, n, least, o| lw_robot_path_free(r, a, b, n, least, usize::MAX, o);
@@ -91,7 +105,10 @@ fn ways_and_their_times() {
         // In portions; and by the default search.
         quiet(|| lw_planner_plan(r, p, a, b, 13, &how, 0, o));
         assert_eq!((told.outcome, told.rows), (LwWayOutcome::Unfinished, 0));
-        while (*o).outcome == LwWayOutcome::Unfinished {
+        loop {
+            if told.outcome != LwWayOutcome::Unfinished {
+                break;
+            }
             quiet(|| lw_planner_go_on(r, p, 1, o));
         }
         quiet(|| lw_planner_way(r, p, way.as_mut_ptr(), 13 * told.rows));
@@ -332,6 +349,9 @@ fn transfers_within_limits_of_jerk() {
         two.refused(ask(from, null()), LwStatus::OutOfRange, "of what moves");
         let zero = LwMotionLimits { jerk: rest.as_ptr(), ..limits };
         two.refused(ask(from, &zero), LwStatus::OutOfRange, "jerk");
+        // Limits of the call before do not stay.
+        let smooth = LwMotionLimits { jerk: null(), ..limits };
+        two.refused(ask(from, &smooth), LwStatus::OutOfRange, "jerk of what moves");
         let at = |time, n| lw_transfer_at(r, t, time, a, 13, b, c, n);
         two.refused(at(f64::INFINITY, 13), LwStatus::NotFinite, "time");
         two.refused(at(0.1, 12), LwStatus::Length, "`v`");

@@ -578,3 +578,40 @@ fn forces_for_wishes_with_contacts() {
         lw_whole_body_free(null_mut());
     }
 }
+
+#[test]
+fn feet_and_the_centre_of_mass() {
+    let points: [[f64; 2]; 6] =
+        [[0.1, 0.2], [1.0, -0.3], [0.4, 0.3], [0.9, 1.1], [f64::NAN, 0.0], [-0.2, 0.8]];
+    let (mut rust, mut corners) = (points, [[9.0; 2]; 7]);
+    let wanted = support_polygon(&mut rust, &mut corners);
+    assert!(wanted == 4);
+    let (mut mine, mut hull, mut count, mut margin) = (points, [[0.0; 2]; 7], 9, 9.0);
+    let (a, b) = (mine.as_mut_ptr().cast::<f64>(), hull.as_mut_ptr().cast::<f64>());
+    // SAFETY: as above.
+    unsafe {
+        quiet(|| lw_support_polygon(a, 6, b, 7, &mut count));
+        assert_eq!(count, wanted);
+        same(&hull[..count].concat(), &corners[..wanted].concat());
+        for p in [[0.4, 0.4], [2.0, 0.1]] {
+            quiet(|| lw_support_margin(b, count, p.as_ptr(), &mut margin));
+            same(&[margin], &[support_margin(&corners[..wanted], p)]);
+        }
+        assert!(margin < -0.9);
+        let (c, m, p) = (&raw mut count, &raw mut margin, [0.0, 0.0]);
+        let p = p.as_ptr();
+        assert_eq!(lw_support_polygon(a, 6, b, 6, c), LwStatus::NoRoom);
+        assert_eq!(lw_support_polygon(a, 6, a.add(11), 7, c), LwStatus::Overlap);
+        assert_eq!(lw_support_margin(b, 4, [f64::NAN; 2].as_ptr(), m), LwStatus::NotFinite);
+        quiet(|| lw_support_margin(null(), 0, p, m));
+        assert_eq!(*m, f64::NEG_INFINITY);
+        all_null(&[
+            lw_support_polygon(null_mut(), 6, b, 7, c),
+            lw_support_polygon(a, 6, null_mut(), 7, c),
+            lw_support_polygon(a, 6, b, 7, null_mut()),
+            lw_support_margin(null(), 4, p, m),
+            lw_support_margin(b, 4, null(), m),
+            lw_support_margin(b, 4, p, null_mut()),
+        ]);
+    }
+}

@@ -317,6 +317,18 @@ static void shapes(Case &c) {
   }
 }
 
+static void feet() {
+  std::vector<std::array<double, 2>> points{{0, 0}, {1, 0}, {0.3, 0.2}, {1, 2}, {0, 2}}, all = points;
+  double hull[12], margin;
+  std::size_t count;
+  DO(lw_support_polygon(points.front().data(), 5, hull, 6, &count));
+  const auto corners = support_polygon(all);
+  CHECK(count == 4 && corners.size() == 4 && std::memcmp(hull, corners.data(), 64) == 0);
+  const double p[2]{0.3, 0.4};
+  DO(lw_support_margin(hull, 4, p, &margin));
+  CHECK(margin == support_margin(corners, {0.3, 0.4}) && margin > 0.29 && margin < 0.31);
+}
+
 int main(int argc, char **argv) {
   if (argc != 2) return 2;
   try {
@@ -326,6 +338,7 @@ int main(int argc, char **argv) {
     hands(c);
     motions(c);
     shapes(c);
+    feet();
   } catch (const std::exception &e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 1;

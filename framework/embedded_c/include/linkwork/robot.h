@@ -691,7 +691,7 @@ enum LwStatus lw_builder_hull(struct LwBuilder *builder,
                               size_t n);
 
 // A surface of triangles: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0, counter-clockwise seen from outside). Only its outside pushes; a
-// hull is faster and better where it fits. `at` and `carrier` as of `lw_builder_shape`.
+// hull is faster and better where it fits. Questions about it take memory until that has its size, yes and no, too. `at` and `carrier` as of `lw_builder_shape`.
 enum LwStatus lw_builder_mesh(struct LwBuilder *builder,
                               const char *name,
                               const char *carrier,
@@ -702,7 +702,7 @@ enum LwStatus lw_builder_mesh(struct LwBuilder *builder,
                               size_t triangle_count);
 
 // Terrain: heights (z, m) of `x` by `y` points (at least 2 each) on a grid that is centred on the origin, `spacing` (2 numbers, m) apart along x and y, solid below without end. `heights`: `n` = x y numbers, the row
-// of lowest y first; NaN where there is no ground. `at` and `carrier` as of `lw_builder_shape`.
+// of lowest y first; NaN where there is no ground. Memory as of `lw_builder_mesh`. `at` and `carrier` as of `lw_builder_shape`.
 enum LwStatus lw_builder_height_field(struct LwBuilder *builder,
                                       const char *name,
                                       const char *carrier,
@@ -993,6 +993,22 @@ enum LwStatus lw_whole_body_solve(struct LwRobot *robot,
                                   double *vdot,
                                   double *forces,
                                   struct LwBalanced *out);
+
+// Where the centre of mass may be above `n` touching points (2 numbers each: x, y, m, in a level plane): the corners of their hull, counter-clockwise, into `hull` (room for n + 1 of them), and how
+// many there are into `count`: two for points on a line, one for points that are all the same. `points` are put in order meanwhile; those that are no numbers count as none.
+// No handle has a message of it.
+enum LwStatus lw_support_polygon(double *points,
+                                 size_t n,
+                                 double *hull,
+                                 size_t room,
+                                 size_t *count);
+
+// How far a place `p` (2 numbers: x, y, m) is inside a polygon with `n` corners (2 numbers each, counter-clockwise), into `margin`: the distance to its nearest edge, m, negative outside. Of
+// no corner it is minus infinity. No handle has a message of it.
+enum LwStatus lw_support_margin(const double *hull,
+                                size_t n,
+                                const double *p,
+                                double *margin);
 
 // The effort that `lw_robot_reach` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
 enum LwStatus lw_effort_default(struct LwEffort *out);

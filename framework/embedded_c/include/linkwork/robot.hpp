@@ -157,6 +157,25 @@ inline LwWish posture_wish(std::uint32_t level, std::span<const double> posture)
   return wish;
 }
 
+// Corners of the hull of touching points, counter-clockwise: where the centre of mass may be above them. Allocates.
+inline std::vector<std::array<double, 2>> support_polygon(std::vector<std::array<double, 2>> points) {
+  std::vector<std::array<double, 2>> hull(points.size() + 1);
+  std::size_t count = 0;
+  detail::check<LwRobot>(lw_support_polygon(points.empty() ? nullptr : points.front().data(), points.size(),
+                                            hull.front().data(), hull.size(), &count),
+                         nullptr, lw_robot_message);
+  hull.resize(count);
+  return hull;
+}
+// How far a place is inside such a polygon, m; negative outside.
+inline double support_margin(std::span<const std::array<double, 2>> hull, std::array<double, 2> p) {
+  double out = 0;
+  detail::check<LwRobot>(
+      lw_support_margin(hull.empty() ? nullptr : hull.front().data(), hull.size(), p.data(), &out), nullptr,
+      lw_robot_message);
+  return out;
+}
+
 // Where a robot is, and how it moves: at rest without rates. The numbers stay where they are.
 inline LwMotionState motion_state(std::span<const double> q, std::span<const double> v = {},
                                   std::span<const double> vdot = {}) {
@@ -358,7 +377,8 @@ class Builder {
   std::unique_ptr<LwBuilder, detail::Freed<lw_builder_free>> handle_;
 };
 
-// One instance of a model, for one thread at a time. After the constructor no call allocates (but clone, clearance and exceptions).
+// One instance of a model, for one thread at a time. After the constructor no call allocates but clone, clearance, distance, what returns a vector, first questions
+// about meshes and terrain, and exceptions.
 class Robot {
  public:
   explicit Robot(const Model &model) {
