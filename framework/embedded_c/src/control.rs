@@ -4,7 +4,7 @@ use crate::edge::{self, Out, alone, disjoint, motion, numbers, numbers_mut, valu
 use crate::robot::{Instance, LwRobot};
 use crate::status::{Fault, LwStatus};
 use crate::task::rows;
-use crate::tool::{Tool, lend, room};
+use crate::tool::{FEW, Tool, lend, room};
 use linkwork_embedded::spatial::Vec3;
 use linkwork_embedded::{
     Aim, Guards, Part, RateControl, RobotError, Touch, WholeBody, Wish, support_margin,
@@ -161,7 +161,7 @@ impl Wishes {
     }
 }
 
-/// Memory of `lw_rate_control_solve` with room for so many wishes and guarded chains, into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
+/// Memory of `lw_rate_control_solve` with room for so many wishes and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_rate_control_new(
     robot: *mut LwRobot,
@@ -173,7 +173,7 @@ pub unsafe extern "C" fn lw_rate_control_new(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
-            let (wishes, chains) = (room("wishes", wishes)?, room("guards", guards)?);
+            let (wishes, chains) = (room("wishes", wishes, FEW)?, room("guards", guards, FEW)?);
             let rates = Rates {
                 control: RateControl::new(&r.robot, wishes, chains),
                 wishes: Wishes::new(wishes),
@@ -245,7 +245,7 @@ pub unsafe extern "C" fn lw_rate_control_solve(
     }
 }
 
-/// Memory of `lw_whole_body_solve` with room for so many touching points and wishes, into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
+/// Memory of `lw_whole_body_solve` with room for so many touching points and wishes (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_new(
     robot: *mut LwRobot,
@@ -257,7 +257,7 @@ pub unsafe extern "C" fn lw_whole_body_new(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
-            let (touches, wishes) = (room("touches", touches)?, room("wishes", wishes)?);
+            let (touches, wishes) = (room("touches", touches, FEW)?, room("wishes", wishes, FEW)?);
             let body = Body {
                 body: WholeBody::new(&r.robot, touches, wishes),
                 wishes: Wishes::new(wishes),

@@ -4,7 +4,7 @@ use crate::collide::LwPair;
 use crate::edge::{self, Out, alone, numbers, numbers_mut, value};
 use crate::robot::{Instance, LwRobot};
 use crate::status::{Fault, LwStatus};
-use crate::tool::{Tool, lend, room};
+use crate::tool::{MANY, Tool, lend, room};
 use linkwork_embedded::{Path, PathProgress, Planner, RobotError, Search, Way};
 
 /// Whether a path is free.
@@ -178,7 +178,7 @@ pub unsafe extern "C" fn lw_robot_path_free_on(
     }
 }
 
-/// Memory of searches for ways of a chain of pins, sliders and screws, with room for so many configurations (at least 2) in each of two trees, into `out`; free it with `lw_planner_free`.
+/// Memory of searches for ways of a chain of pins, sliders and screws, with room for so many configurations (2 to 1048576) in each of two trees, into `out`; free it with `lw_planner_free`.
 /// It serves every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_planner_new(
@@ -191,7 +191,8 @@ pub unsafe extern "C" fn lw_planner_new(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, part) = (Out::new("out", out)?, r.part(part)?);
-            let planner = Planner::new(&r.robot, part, room("configurations", configurations)?)?;
+            let planner =
+                Planner::new(&r.robot, part, room("configurations", configurations, MANY)?)?;
             out.set(Box::into_raw(Box::new(LwPlanner(Tool::new(r, planner)))));
             Ok(())
         })

@@ -4,7 +4,7 @@ use crate::edge::{self, Out, alone, disjoint, numbers, numbers_mut, value};
 use crate::path::{LwPath, told};
 use crate::robot::{Instance, LwRobot};
 use crate::status::{Fault, LwStatus};
-use crate::tool::{Tool, lend, room};
+use crate::tool::{MANY, Tool, lend, room};
 use linkwork_embedded::{
     MotionLimits, MotionState, RobotError, Timed, Timing, Transfer, Transferred,
 };
@@ -144,7 +144,7 @@ fn begun(call: &'static str) -> impl Fn(RobotError) -> Fault {
     }
 }
 
-/// Memory of `lw_timing_plan` for ways of so many configurations (at least 2) in so many sections (at least 8 for each; twenty are few, a hundred are many), into `out`; free it with
+/// Memory of `lw_timing_plan` for ways of so many configurations (at least 2) in so many sections (at least 8 for each, 1048576 at most; twenty are few, a hundred are many), into `out`; free it with
 /// `lw_timing_free`. It serves every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_timing_new(
@@ -157,8 +157,8 @@ pub unsafe extern "C" fn lw_timing_new(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
-            let configurations = room("configurations", configurations)?;
-            let timing = Timing::new(&r.robot, configurations, room("sections", sections)?)?;
+            let configurations = room("configurations", configurations, MANY)?;
+            let timing = Timing::new(&r.robot, configurations, room("sections", sections, MANY)?)?;
             let tool = Tool::new(r, (timing, Limits::new(r)));
             out.set(Box::into_raw(Box::new(LwTiming(tool))));
             Ok(())

@@ -42,13 +42,22 @@ pub(crate) unsafe fn lend<'a, H: 'a, T>(
     }
 }
 
-/// Refuses room that no program asks for on purpose.
-pub(crate) fn room(what: &'static str, asked: usize) -> Result<usize, Fault> {
-    if asked <= 1 << 24 {
+/// Wishes, guards and touches at the most.
+pub(crate) const FEW: usize = 1 << 10;
+/// Configurations and sections at the most.
+pub(crate) const MANY: usize = 1 << 20;
+
+/// Refuses room that no program asks for on purpose: memory that is not there would end it.
+pub(crate) fn room(what: &'static str, asked: usize, most: usize) -> Result<usize, Fault> {
+    if asked <= most {
         return Ok(asked);
     }
-    let (value, help) = (asked as f64, "reserve room for 16777216 at most");
-    Err(RobotError::OutOfRange { what, value, help }.into())
+    let help = if most == FEW {
+        "reserve room for 1024 at most"
+    } else {
+        "reserve room for 1048576 at most"
+    };
+    Err(RobotError::OutOfRange { what, value: asked as f64, help }.into())
 }
 
 #[cfg(test)]
@@ -87,6 +96,8 @@ mod tests {
         }));
         assert!(done.is_err());
         assert!(matches!(ask(&own), Err(Fault::Panicked)));
-        assert!(room("places", 1 << 24).is_ok() && room("places", (1 << 24) + 1).is_err());
+        for most in [FEW, MANY] {
+            assert!(room("places", most, most).is_ok() && room("places", most + 1, most).is_err());
+        }
     }
 }

@@ -154,7 +154,7 @@ fn ways_and_their_times() {
         two.refused(
             lw_planner_new(r, LEFT, usize::MAX, &mut none),
             LwStatus::OutOfRange,
-            "16777216",
+            "1048576",
         );
         two.refused(lw_planner_new(r, 9, 10, &mut none), LwStatus::Foreign, "");
         all_null(&[

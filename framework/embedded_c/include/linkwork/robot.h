@@ -943,7 +943,7 @@ enum LwStatus lw_task_space_impedance(struct LwRobot *robot,
                                       const double *rest,
                                       double *tau);
 
-// Memory of `lw_rate_control_solve` with room for so many wishes and guarded chains, into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
+// Memory of `lw_rate_control_solve` with room for so many wishes and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
 enum LwStatus lw_rate_control_new(struct LwRobot *robot,
                                   size_t wishes,
                                   size_t guards,
@@ -968,7 +968,7 @@ enum LwStatus lw_rate_control_solve(struct LwRobot *robot,
                                     double *residuals,
                                     size_t levels);
 
-// Memory of `lw_whole_body_solve` with room for so many touching points and wishes, into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
+// Memory of `lw_whole_body_solve` with room for so many touching points and wishes (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
 enum LwStatus lw_whole_body_new(struct LwRobot *robot,
                                 size_t touches,
                                 size_t wishes,
@@ -1336,7 +1336,7 @@ enum LwStatus lw_robot_path_free_on(struct LwRobot *robot,
                                     size_t pieces,
                                     struct LwPath *out);
 
-// Memory of searches for ways of a chain of pins, sliders and screws, with room for so many configurations (at least 2) in each of two trees, into `out`; free it with `lw_planner_free`.
+// Memory of searches for ways of a chain of pins, sliders and screws, with room for so many configurations (2 to 1048576) in each of two trees, into `out`; free it with `lw_planner_free`.
 // It serves every robot of the same model.
 enum LwStatus lw_planner_new(struct LwRobot *robot,
                              uint32_t part,
@@ -1371,7 +1371,7 @@ enum LwStatus lw_planner_way(struct LwRobot *robot,
                              double *way,
                              size_t n);
 
-// Memory of `lw_timing_plan` for ways of so many configurations (at least 2) in so many sections (at least 8 for each; twenty are few, a hundred are many), into `out`; free it with
+// Memory of `lw_timing_plan` for ways of so many configurations (at least 2) in so many sections (at least 8 for each, 1048576 at most; twenty are few, a hundred are many), into `out`; free it with
 // `lw_timing_free`. It serves every robot of the same model.
 enum LwStatus lw_timing_new(struct LwRobot *robot,
                             size_t configurations,
