@@ -429,6 +429,12 @@ fn distances_and_shapes() {
             }
         }
         assert!(!hits.is_empty(), "nothing touches");
+        // A map of nothing is nowhere; what is hidden is somewhere.
+        let to = |id| lw_robot_distance(r, Q.as_ptr(), 13, place(palm), place(id), o);
+        assert_eq!((to(map), (*o).found), (LwStatus::Ok, false));
+        assert_eq!(lw_robot_hide(r, place(post)), LwStatus::Ok);
+        assert_eq!((to(post), (*o).found), (LwStatus::Ok, true));
+        assert_eq!(lw_robot_show(r, place(post)), LwStatus::Ok);
         seen.sort_unstable();
         seen.dedup();
         assert_eq!(seen.len(), 4, "each shape counts");

@@ -84,6 +84,11 @@ fn every_function_has_a_wrapper_and_tests() {
     let code = code.join("\n");
     let functions = names(&code);
     assert!(functions.len() > 100, "{}", functions.len());
+    // What the page names is there.
+    let page = read(folder().join("README.md"));
+    let named = names(&page);
+    assert!(named.len() > 60, "{}", named.len());
+    named.iter().for_each(|f| assert!(functions.contains(f), "README.md names {f}"));
     let wrapper = read(folder().join("include/linkwork/robot.hpp"));
     let wrapped = names(&wrapper);
     let mut tests = String::new();

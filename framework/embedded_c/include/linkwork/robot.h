@@ -1235,8 +1235,8 @@ enum LwStatus lw_robot_clearance(struct LwRobot *robot,
                                  double limit,
                                  struct LwClosest *out);
 
-// The distance of two colliders at `q` (`n` = nq), whether they meet or not, with the nearest points, into `out`; padding counted. Not `found` where one is hidden or the two are shapes between which
-// there is none. Takes memory as `lw_robot_clearance` does.
+// The distance of two colliders at `q` (`n` = nq), whether they meet, and are shown, or not, with the nearest points, into `out`; padding counted. Not `found` where one is a cloud or a map with nothing in it, or
+// both have no end. Takes memory as `lw_robot_clearance` does.
 enum LwStatus lw_robot_distance(struct LwRobot *robot,
                                 const double *q,
                                 size_t n,
