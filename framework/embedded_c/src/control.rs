@@ -197,7 +197,8 @@ pub unsafe extern "C" fn lw_rate_control_free(control: *mut LwRateControl) {
 /// Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each wish as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
 /// the time `horizon` (s, above zero: a few periods of the control) at the earliest; so may the least manipulability of each of the `guard_count` chains in `guards`: towards a singular
 /// configuration a chain slows down. What is missing, |J v - asked| with weights, into `residuals`, a number for each level in their order (`levels`: how many different ones there are; NULL
-/// and 0: not asked for). `LW_STATUS_SINGULAR` when guards contradict each other: a coordinate is so far outside its limits that its rate cannot bring it back in the horizon.
+/// and 0: not asked for). A coordinate outside its limits comes back as fast as it may.
+/// `LW_STATUS_SINGULAR` when guards contradict each other.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_rate_control_solve(
     robot: *mut LwRobot,

@@ -17,6 +17,7 @@
 //! collide   collisions
 //! path      free paths and ways
 //! timing    times of ways, transfers
+//! priorities  solvers of plain numbers
 //! tool      handles that lend memory to calls of a robot
 //! ```
 //! Every function may be called with any argument that keeps these promises, which no library can check; they are the
@@ -36,6 +37,7 @@ mod hold;
 mod mass;
 mod model;
 mod path;
+mod priorities;
 mod reach;
 mod robot;
 mod shape;
@@ -53,6 +55,7 @@ pub use hold::*;
 pub use mass::*;
 pub use model::*;
 pub use path::*;
+pub use priorities::*;
 pub use reach::*;
 pub use robot::*;
 pub use shape::*;
@@ -71,6 +74,7 @@ const _: fn() = || {
     send::<control::LwWholeBody>();
     send::<mass::LwPredictor>();
     send::<path::LwPlanner>();
+    send::<priorities::LwPriorities>();
     send::<timing::LwTiming>();
     send::<timing::LwTransfer>();
 };

@@ -45,7 +45,18 @@ fn the_header_is_what_cbindgen_makes() {
     };
     let mut builder = Builder::new().with_config(config);
     let set_up = ["status", "edge", "builder", "shape", "model", "robot"];
-    let calls = ["task", "control", "reach", "hold", "dual", "mass", "collide", "path", "timing"];
+    let calls = [
+        "task",
+        "control",
+        "reach",
+        "hold",
+        "dual",
+        "mass",
+        "collide",
+        "path",
+        "timing",
+        "priorities",
+    ];
     for file in set_up.into_iter().chain(calls) {
         builder = builder.with_src(folder().join(format!("src/{file}.rs")));
     }

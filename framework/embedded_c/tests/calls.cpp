@@ -329,6 +329,31 @@ static void feet() {
   CHECK(margin == support_margin(corners, {0.3, 0.4}) && margin > 0.29 && margin < 0.31);
 }
 
+static void numbers() {
+  Priorities one(2, 2, 1), two(2, 2, 1);
+  const Numbers c{0.3, 1}, A{1, 2, 0.5, -1}, b{3, 1};
+  double residual;
+  std::size_t left;
+  DO(lw_priorities_bound(one.get(), c.data(), 2, 0.2));
+  DO(lw_priorities_level(one.get(), A.data(), b.data(), 1, &residual, &left));
+  two.bound(c, 0.2);
+  const auto told = two.level(std::span(A).first(2), std::span(b).first(1));
+  CHECK(told == std::pair(residual, left) && left == 1);
+  Numbers x(2), y(2);
+  DO(lw_priorities_x(one.get(), x.data(), 2));
+  two.x(y);
+  CHECK(same(x, y));
+  two.begin();
+  two.level(A, b);
+  two.x(y);
+  CHECK(y != x);
+  refused(LW_STATUS_LENGTH, [&] { two.level(A, std::span(b).first(1)); });
+  const Numbers normal{2, 0.5, 0.5, 1}, right{1, 3};
+  Numbers s(2), t(2);
+  DO(lw_bounded(normal.data(), right.data(), 2, -1, 2.5, 200, 1e-12, s.data(), &left));
+  CHECK(left == bounded(normal, right, -1, 2.5, t) && same(s, t) && t[1] == 2.5);
+}
+
 int main(int argc, char **argv) {
   if (argc != 2) return 2;
   try {
@@ -339,6 +364,7 @@ int main(int argc, char **argv) {
     motions(c);
     shapes(c);
     feet();
+    numbers();
   } catch (const std::exception &e) {
     std::fprintf(stderr, "%s\n", e.what());
     return 1;

@@ -202,6 +202,9 @@ typedef struct LwPlanner LwPlanner;
 // Memory of predictions. For robots of one model, and one call at a time.
 typedef struct LwPredictor LwPredictor;
 
+// A problem of least squares in order of priority: unknowns x with bounds c x <= d, and levels A x = b, of which each takes nothing from those before. For one thread at a time.
+typedef struct LwPriorities LwPriorities;
+
 // Memory of rates for wishes. For robots of one model, and one call at a time.
 typedef struct LwRateControl LwRateControl;
 
@@ -955,7 +958,8 @@ void lw_rate_control_free(struct LwRateControl *control);
 // Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each wish as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
 // the time `horizon` (s, above zero: a few periods of the control) at the earliest; so may the least manipulability of each of the `guard_count` chains in `guards`: towards a singular
 // configuration a chain slows down. What is missing, |J v - asked| with weights, into `residuals`, a number for each level in their order (`levels`: how many different ones there are; NULL
-// and 0: not asked for). `LW_STATUS_SINGULAR` when guards contradict each other: a coordinate is so far outside its limits that its rate cannot bring it back in the horizon.
+// and 0: not asked for). A coordinate outside its limits comes back as fast as it may.
+// `LW_STATUS_SINGULAR` when guards contradict each other.
 enum LwStatus lw_rate_control_solve(struct LwRobot *robot,
                                     struct LwRateControl *control,
                                     const struct LwWish *wishes,
@@ -1444,6 +1448,54 @@ enum LwStatus lw_transfer_at(struct LwRobot *robot,
                              double *v,
                              double *vdot,
                              size_t nv);
+
+// A problem of `n` unknowns with room for so many `rows` in one level and so many `bounds` (1024 each at most), into `out`; free it with `lw_priorities_free`. No later call allocates.
+enum LwStatus lw_priorities_new(size_t n,
+                                size_t rows,
+                                size_t bounds,
+                                struct LwPriorities **out);
+
+// Frees it; NULL is none.
+void lw_priorities_free(struct LwPriorities *problem);
+
+// As `lw_builder_message`, of a problem.
+enum LwStatus lw_priorities_message(const struct LwPriorities *problem,
+                                    char *buffer,
+                                    size_t room,
+                                    size_t *wanted);
+
+// Begins anew: no bounds, no levels, x = 0.
+enum LwStatus lw_priorities_begin(struct LwPriorities *problem);
+
+// A bound c x <= `most` (infinite: none) that all levels afterwards keep: `c` has `n` numbers. Give bounds before the first level.
+enum LwStatus lw_priorities_bound(struct LwPriorities *problem,
+                                  const double *c,
+                                  size_t n,
+                                  double most);
+
+// The next level: `A` (`rows` times n numbers, row after row) and `b` (`rows`), met in the sense of least squares as far as bounds and the levels before leave it. How far it is from being met, |A x - b|, into `residual`, and
+// how many directions of x are left for levels afterwards into `left` (NULL: not asked for). `LW_STATUS_SINGULAR` when bounds contradict each other or what levels before have settled: begin anew.
+enum LwStatus lw_priorities_level(struct LwPriorities *problem,
+                                  const double *A,
+                                  const double *b,
+                                  size_t rows,
+                                  double *residual,
+                                  size_t *left);
+
+// The unknowns that meet all levels until now as well as can be, into `x` (`n`).
+enum LwStatus lw_priorities_x(struct LwPriorities *problem, double *x, size_t n);
+
+// Moves `s` (`n` numbers) to the minimum of s N s / 2 - r s between `lower` and `upper`, from where it is: `normal` is N (n rows of n, row after row, symmetric with a positive diagonal), `right` r
+// (`n`). It ends after `most` sweeps, or when no number moves by more than `settled` in one; how many it took into `sweeps` (NULL: not asked for). Cost of a sweep: n^2. No handle has a message of it.
+enum LwStatus lw_bounded(const double *normal,
+                         const double *right,
+                         size_t n,
+                         double lower,
+                         double upper,
+                         size_t most,
+                         double settled,
+                         double *s,
+                         size_t *sweeps);
 
 #ifdef __cplusplus
 }  // extern "C"

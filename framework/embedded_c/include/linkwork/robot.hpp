@@ -865,6 +865,48 @@ class Transfer {
   std::unique_ptr<LwTransfer, detail::Freed<lw_transfer_free>> handle_;
 };
 
+// Least squares in order of priority: unknowns x with bounds c x <= most, and levels A x = b, of which each takes nothing from those before.
+class Priorities {
+ public:
+  Priorities(std::size_t n, std::size_t rows, std::size_t bounds) : n_(n) {
+    LwPriorities *out = nullptr;
+    detail::check<LwPriorities>(lw_priorities_new(n, rows, bounds, &out), nullptr, lw_priorities_message);
+    handle_.reset(out);
+  }
+  void begin() { check(lw_priorities_begin(get())); }
+  void bound(std::span<const double> c, double most) {
+    check(lw_priorities_bound(get(), c.data(), c.size(), most));
+  }
+  // |A x - b|, and how many directions of x are left.
+  std::pair<double, std::size_t> level(std::span<const double> A, std::span<const double> b) {
+    if (A.size() != n_ * b.size())
+      throw Error(LW_STATUS_LENGTH, "`A` and `b` do not fit\n  help: give a row of unknowns for each number of `b`");
+    std::pair<double, std::size_t> out;
+    check(lw_priorities_level(get(), A.data(), b.data(), b.size(), &out.first, &out.second));
+    return out;
+  }
+  void x(std::span<double> x) { check(lw_priorities_x(get(), x.data(), x.size())); }
+  LwPriorities *get() const noexcept { return handle_.get(); }
+
+ private:
+  void check(LwStatus status) const { detail::check<LwPriorities>(status, get(), lw_priorities_message); }
+
+  std::size_t n_;
+  std::unique_ptr<LwPriorities, detail::Freed<lw_priorities_free>> handle_;
+};
+
+// The minimum of s N s / 2 - r s between two ends, from where s is; how many sweeps it took.
+inline std::size_t bounded(std::span<const double> normal, std::span<const double> right, double lower, double upper,
+                           std::span<double> s, std::size_t most = 200, double settled = 1e-12) {
+  if (right.size() != s.size() || normal.size() != s.size() * s.size())
+    throw Error(LW_STATUS_LENGTH, "`normal`, `right` and `s` do not fit\n  help: give n n, n and n numbers");
+  std::size_t sweeps = 0;
+  detail::check<LwRobot>(
+      lw_bounded(normal.data(), right.data(), s.size(), lower, upper, most, settled, s.data(), &sweeps), nullptr,
+      lw_robot_message);
+  return sweeps;
+}
+
 }  // namespace linkwork
 
 #endif  // LINKWORK_ROBOT_HPP
