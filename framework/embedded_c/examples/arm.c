@@ -1,4 +1,4 @@
-/* An arm reaches for a cup, takes it, and asks what it weighs.
+/* An arm reaches for a cup, finds a way elsewhere and its times, takes the cup, and asks what it weighs.
  *   cc -I include examples/arm.c liblinkwork_robot.a -lpthread -ldl -lm -o arm && ./arm examples
  */
 #include <linkwork/robot.h>
@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { NV = 3 };
+enum { NV = 3, ROWS = 16 };
 
 /* What a handle says of its last failure ends the program. */
 #define TRY(call, handle_message, handle)                                    \
@@ -67,6 +67,14 @@ int main(int argc, char **argv) {
   LwRobot *robot = NULL;
   NAME(lw_robot_new(model, &robot));
 
+  /* Memory of calls that not every robot makes. */
+  LwRateControl *control = NULL;
+  LwPlanner *planner = NULL;
+  LwTiming *timing = NULL;
+  ROBOT(lw_rate_control_new(robot, 1, 1, &control));
+  ROBOT(lw_planner_new(robot, arm, 100, &planner));
+  ROBOT(lw_timing_new(robot, ROWS, 40 * ROWS, &timing));
+
   /* From here on nothing is allocated. */
   double q[NV] = {0.3, 0.8, -1.1}, tau[NV], J[6 * NV], M[NV * NV], mass, at[3];
   ROBOT(lw_robot_set_q(robot, q, NV));
@@ -85,6 +93,34 @@ int main(int argc, char **argv) {
   }
   print("q", q, NV);
   ROBOT(lw_robot_set_q(robot, q, NV));
+
+  /* Upwards within limits, and not into a singular configuration. */
+  LwManipulability able;
+  ROBOT(lw_robot_manipulability(robot, arm, LW_ROWS_LINEAR, 0.0, &able, NULL, 0));
+  print("manipulability", &able.w, 1);
+  const LwWish up_wish = {
+      .kind = LW_WISH_TIP, .weight = 1.0, .motion = {0, 0, 0, 0, 0, 0.2}, .part = arm, .rows = LW_ROWS_LINEAR};
+  const LwGuard guard = {.least = 0.01, .part = arm};
+  double rates[NV];
+  ROBOT(lw_rate_control_solve(robot, control, &up_wish, 1, 0.05, &guard, 1, rates, NV, NULL, 0));
+  print("rates", rates, NV);
+
+  /* The cup stands beside the hand. A free way to another place, and where the arm is on it after 0.3 s. */
+  const double home[NV] = {1.2, 0.4, -0.9}, most[NV] = {4.0, 4.0, 4.0};
+  double rows[ROWS * NV], on_the_way[3 * NV];
+  const LwPose beside = {{0.62, 0.25, 0.5}, {0.0, 0.0, 0.0, 1.0}};
+  ROBOT(lw_robot_put(robot, cup, &beside));
+  LwWay way;
+  ROBOT(lw_planner_plan(robot, planner, q, home, NV, NULL, SIZE_MAX, &way));
+  if (way.outcome != LW_WAY_OUTCOME_FOUND || way.rows > ROWS) return 1;
+  ROBOT(lw_planner_way(robot, planner, rows, way.rows * NV));
+  const LwMotionLimits limits = {.acceleration = most, .n = NV};
+  LwTimed timed;
+  ROBOT(lw_timing_plan(robot, timing, rows, way.rows * NV, &limits, 0.0, &timed));
+  if (!timed.found) return 1;
+  print("duration", &timed.duration, 1);
+  ROBOT(lw_timing_at(robot, timing, 0.3, on_the_way, NV, on_the_way + NV, on_the_way + 2 * NV, NV));
+  print("on_the_way", on_the_way, 3 * NV);
 
   ROBOT(lw_robot_held_still(robot, NULL, 0, tau, NV));
   print("empty", tau, NV);
@@ -124,6 +160,9 @@ int main(int argc, char **argv) {
   lw_robot_message(robot, text, sizeof text, NULL);
   printf("refused %d: %s\n", (int)status, text);
 
+  lw_rate_control_free(control);
+  lw_planner_free(planner);
+  lw_timing_free(timing);
   lw_robot_free(robot);
   lw_model_free(model);
   return 0;

@@ -58,7 +58,7 @@ pub struct LwShape {
 }
 
 impl LwShape {
-    fn checked(&self) -> Result<Shape, Fault> {
+    pub(crate) fn checked(&self) -> Result<Shape, Fault> {
         let [a, b, c] = self.size;
         let (shape, unused) = match self.kind {
             LW_SHAPE_SPHERE => (Shape::Sphere { radius: a }, &self.size[1..]),
@@ -79,8 +79,8 @@ impl LwShape {
 }
 
 #[derive(Default)]
-struct Draft {
-    spec: ModelSpec,
+pub(crate) struct Draft {
+    pub spec: ModelSpec,
     options: ReadOptions,
     description: Option<Description>,
 }
@@ -92,7 +92,7 @@ pub struct LwBuilder {
 }
 
 impl LwBuilder {
-    fn parts(&self) -> (&Mutex<Draft>, &Mutex<Message>) {
+    pub(crate) fn parts(&self) -> (&Mutex<Draft>, &Mutex<Message>) {
         (&self.draft, &self.message)
     }
 }
@@ -135,7 +135,7 @@ impl Draft {
 
     /// # Safety
     /// The promises at the head of the crate.
-    unsafe fn collider(
+    pub unsafe fn collider(
         &mut self,
         name: *const c_char,
         carrier: *const c_char,
@@ -272,7 +272,7 @@ pub unsafe extern "C" fn lw_builder_groups_text(
 }
 
 /// The collision shapes of the robot's file, as colliders with their names, or `body/number`. After the robot. Shapes that a collider
-/// cannot be (mesh files, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`.
+/// cannot be (mesh files, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`, `lw_builder_hull` or `lw_builder_mesh`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_file_shapes(builder: *mut LwBuilder) -> LwStatus {
     // SAFETY: the caller's promises.

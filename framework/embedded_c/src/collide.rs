@@ -1,11 +1,16 @@
 //! Collisions at any configuration; the robot's own q does not matter.
 
-use crate::edge::{Out, alone, numbers};
+use crate::edge::{Out, alone, numbers, numbers_mut, value};
 use crate::robot::{Instance, LwRobot};
 use crate::status::{Fault, LwStatus};
-use linkwork_embedded::{ColliderId, Occupancy, RobotError, Visibility};
+use linkwork_embedded::{Closest, ColliderId, Detail, Distance, Occupancy, RobotError, Visibility};
 
-/// The nearest pair of colliders.
+/// The shapes of colliders themselves.
+pub const LW_DETAIL_FINE: u32 = 0;
+/// Their coarse shapes, where they have one.
+pub const LW_DETAIL_COARSE: u32 = 1;
+
+/// How near two colliders are.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwClosest {
@@ -23,6 +28,28 @@ pub struct LwClosest {
     pub found: bool,
 }
 
+impl LwClosest {
+    const NONE: Self =
+        Self { distance: 0.0, point_a: [0.0; 3], point_b: [0.0; 3], a: 0, b: 0, found: false };
+
+    fn new(a: ColliderId, b: ColliderId, d: &Distance) -> Self {
+        Self {
+            distance: d.distance,
+            point_a: d.point_a.into(),
+            point_b: d.point_b.into(),
+            a: a.index() as u32,
+            b: b.index() as u32,
+            found: true,
+        }
+    }
+}
+
+impl From<&Closest> for LwClosest {
+    fn from(c: &Closest) -> Self {
+        Self::new(c.a, c.b, &c.distance)
+    }
+}
+
 /// Two colliders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +58,18 @@ pub struct LwPair {
     pub a: u32,
     /// The second.
     pub b: u32,
+}
+
+impl From<(ColliderId, ColliderId)> for LwPair {
+    fn from((a, b): (ColliderId, ColliderId)) -> Self {
+        Self { a: a.index() as u32, b: b.index() as u32 }
+    }
+}
+
+impl From<&(ColliderId, ColliderId)> for LwPair {
+    fn from(pair: &(ColliderId, ColliderId)) -> Self {
+        Self::from(*pair)
+    }
 }
 
 impl Instance {
@@ -59,7 +98,7 @@ pub unsafe extern "C" fn lw_robot_collides(
             let hit = r.robot.first_hit(q)?;
             out.set(hit.is_some());
             if let (Some((a, b)), Some(pair)) = (hit, pair) {
-                pair.set(LwPair { a: a.index() as u32, b: b.index() as u32 });
+                pair.set((a, b).into());
             }
             Ok(())
         })
@@ -81,20 +120,135 @@ pub unsafe extern "C" fn lw_robot_clearance(
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
             let q = numbers("q", q, n, r.model().nq())?;
-            let none = [0.0; 3];
-            let mut told =
-                LwClosest { distance: 0.0, point_a: none, point_b: none, a: 0, b: 0, found: false };
-            if let Some(c) = r.robot.clearance(q, limit)? {
-                told = LwClosest {
-                    distance: c.distance.distance,
-                    point_a: c.distance.point_a.into(),
-                    point_b: c.distance.point_b.into(),
-                    a: c.a.index() as u32,
-                    b: c.b.index() as u32,
-                    found: true,
-                };
-            }
-            out.set(told);
+            let told = r.robot.clearance(q, limit)?;
+            out.set(told.as_ref().map_or(LwClosest::NONE, LwClosest::from));
+            Ok(())
+        })
+    }
+}
+
+/// The distance of two colliders at `q` (`n` = nq), whether they meet, and are shown, or not, with the nearest points, into `out`; padding counted. Not `found` where one is a cloud or a map with nothing in it, or
+/// both have no end. Takes memory as `lw_robot_clearance` does.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_distance(
+    robot: *mut LwRobot,
+    q: *const f64,
+    n: usize,
+    a: u32,
+    b: u32,
+    out: *mut LwClosest,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let out = Out::new("out", out)?;
+            let (a, b) = (r.collider(a)?, r.collider(b)?);
+            let q = numbers("q", q, n, r.model().nq())?;
+            let told = r.robot.distance(q, a, b)?;
+            out.set(told.map_or(LwClosest::NONE, |d| LwClosest::new(a, b, &d)));
+            Ok(())
+        })
+    }
+}
+
+/// The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (`n` = nq), in the order of colliders, into `out`, and how many there are into `count`. Where they are more
+/// than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written. Takes memory until that of pairs has its size, and as `lw_robot_clearance` does.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_distances(
+    robot: *mut LwRobot,
+    q: *const f64,
+    n: usize,
+    limit: f64,
+    out: *mut LwClosest,
+    room: usize,
+    count: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let count = Out::new("count", count)?;
+            let q = numbers("q", q, n, r.model().nq())?;
+            let out = numbers_mut("out", out, room, room)?;
+            r.robot.distances(q, limit, &mut r.near)?;
+            list("pairs", &r.near, out, count)
+        })
+    }
+}
+
+/// All pairs that touch or overlap at `q` (`n` = nq), into `pairs`, and how many there are into `count`; padding counted. Where they are more than `room`, `LW_STATUS_NO_ROOM`, and `count`
+/// alone is written. Takes memory until that of pairs has its size. Whether there is any, `lw_robot_collides` tells sooner.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_hits(
+    robot: *mut LwRobot,
+    q: *const f64,
+    n: usize,
+    pairs: *mut LwPair,
+    room: usize,
+    count: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let count = Out::new("count", count)?;
+            let q = numbers("q", q, n, r.model().nq())?;
+            let pairs = numbers_mut("pairs", pairs, room, room)?;
+            r.robot.hits(q, &mut r.hits)?;
+            list("pairs", &r.hits, pairs, count)
+        })
+    }
+}
+
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn list<'a, T, U: From<&'a T>>(
+    what: &'static str,
+    from: &'a [T],
+    to: &mut [U],
+    count: Out<usize>,
+) -> Result<(), Fault> {
+    let (wanted, room) = (from.len(), to.len());
+    if wanted <= room {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = from.into());
+    }
+    // SAFETY: the caller's promises; the slices are in use no more.
+    unsafe { count.set(wanted) };
+    if wanted <= room { Ok(()) } else { Err(RobotError::NoRoom { what, wanted, room }.into()) }
+}
+
+/// Which shapes all questions of collisions take from now on: one of `LW_DETAIL_..`; the fine ones at first.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_set_detail(robot: *mut LwRobot, detail: u32) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let detail = match detail {
+                LW_DETAIL_FINE => Detail::Fine,
+                LW_DETAIL_COARSE => Detail::Coarse,
+                value => {
+                    let (what, help) = ("detail", "one of LW_DETAIL_..");
+                    return Err(Fault::Choice { what, value, help });
+                }
+            };
+            r.robot.set_detail(detail);
+            Ok(())
+        })
+    }
+}
+
+/// Whether a pair is looked at now when both are shown, into `out`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_looks_at(
+    robot: *mut LwRobot,
+    a: u32,
+    b: u32,
+    out: *mut bool,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let out = Out::new("out", out)?;
+            let (a, b) = (r.collider(a)?, r.collider(b)?);
+            out.set(r.robot.looks_at(a, b)?);
             Ok(())
         })
     }
@@ -245,6 +399,42 @@ pub unsafe extern "C" fn lw_robot_clear_cells(robot: *mut LwRobot, collider: u32
         alone(robot, LwRobot::parts, |r| {
             let id = r.collider(collider)?;
             Ok(r.robot.clear_cells(id)?)
+        })
+    }
+}
+
+/// Whether a cell of a voxel map (3 indices along x, y, z from 0) is occupied now, into `out`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_cell(
+    robot: *mut LwRobot,
+    collider: u32,
+    cell: *const u32,
+    out: *mut bool,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (out, id) = (Out::new("out", out)?, r.collider(collider)?);
+            let cell = value("cell", cell.cast::<[u32; 3]>())?;
+            out.set(r.robot.cell(id, cell)? == Occupancy::Occupied);
+            Ok(())
+        })
+    }
+}
+
+/// How many points a cloud has now, or occupied cells a voxel map, into `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_count(
+    robot: *mut LwRobot,
+    collider: u32,
+    count: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (count, id) = (Out::new("count", count)?, r.collider(collider)?);
+            count.set(r.robot.count(id)?);
+            Ok(())
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::status::{Fault, LwStatus, Message};
 use linkwork_embedded::spatial::nalgebra::Quaternion;
-use linkwork_embedded::spatial::{Pose, Quat, Vec3};
+use linkwork_embedded::spatial::{Motion, Pose, Quat, Vec3};
 use linkwork_embedded::{Part, RobotError, RobotModel};
 use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -36,6 +36,13 @@ impl LwPose {
 pub(crate) fn vec3(what: &'static str, x: &[f64; 3]) -> Result<Vec3, Fault> {
     finite(what, x)?;
     Ok(Vec3::from(*x))
+}
+
+/// Angular part, then linear part.
+pub(crate) fn motion(what: &'static str, x: &[f64; 6]) -> Result<Motion, Fault> {
+    finite(what, x)?;
+    let [a, b, c, d, e, f] = *x;
+    Ok(Motion::new(Vec3::new(a, b, c), Vec3::new(d, e, f)))
 }
 
 /// x, y, z, w of length 1 within 1e-6.
@@ -107,6 +114,14 @@ pub(crate) unsafe fn alone<H, T>(
         message.lock().unwrap_or_else(PoisonError::into_inner).say(&fault);
     }
     fault.status()
+}
+
+/// Runs a call without a handle: its code is all that is told.
+pub(crate) fn plain(work: impl FnOnce() -> Result<(), Fault>) -> LwStatus {
+    match catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(Fault::Panicked)) {
+        Ok(()) => LwStatus::Ok,
+        Err(fault) => fault.status(),
+    }
 }
 
 /// Frees a handle; NULL is none.
@@ -182,6 +197,22 @@ pub(crate) fn apart(
     let (p, o) = (p.addr(), o.addr());
     let clear = n == 0 || m == 0 || end(p, n) <= o || end(o, m) <= p;
     if clear { Ok(()) } else { Err(Fault::Overlap(what, other)) }
+}
+
+/// Refuses memory to write that overlaps memory to read, or other memory to write.
+pub(crate) fn disjoint(
+    read: &[(&'static str, *const f64, usize)],
+    written: &[(&'static str, *mut f64, usize)],
+) -> Result<(), Fault> {
+    for (k, w) in written.iter().enumerate() {
+        for r in read {
+            apart(*r, *w)?;
+        }
+        for (what, p, n) in &written[..k] {
+            apart((what, p.cast_const(), *n), *w)?;
+        }
+    }
+    Ok(())
 }
 
 /// A value to read.

@@ -1,9 +1,10 @@
 //! What hands hold.
 
 use crate::edge::{LwPose, Out, alone, apart, numbers, numbers_mut, value};
+use crate::model::object_sizes;
 use crate::robot::{LwPush, LwRobot, take_pushes};
 use crate::status::LwStatus;
-use linkwork_embedded::Grasp;
+use linkwork_embedded::{Grasp, RobotError};
 
 /// Where an object is in the world: in the hand, or where it was put or let go last.
 #[unsafe(no_mangle)]
@@ -179,6 +180,47 @@ pub unsafe extern "C" fn lw_robot_feed_forward_with(
             let forces = numbers_mut("forces", forces, m, own)?;
             let own = (rates, accelerations);
             Ok(r.robot.feed_forward_with((v, vdot), object, own, &r.pushes, tau, forces)?)
+        })
+    }
+}
+
+/// Where a body that hangs on an object (`lw_model_object_body`) is in the world.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_object_body_pose(
+    robot: *mut LwRobot,
+    object: u32,
+    body: u32,
+    out: *mut LwPose,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (out, object) = (Out::new("out", out)?, r.object(object)?);
+            let bodies = r.model().object_multibody(object);
+            let id = bodies.and_then(|m| m.body_ids().nth(body as usize));
+            let id = id.ok_or(RobotError::ForeignHandle)?;
+            out.set(r.robot.object_body_pose(object, id)?.into());
+            Ok(())
+        })
+    }
+}
+
+/// The mass matrix at the robot's q with the m joints of an object that it holds in the last rows and columns, into `M` (nv + m rows of nv + m, row after row; `n` = their product). Joints of
+/// other objects stand still.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_mass_matrix_with(
+    robot: *mut LwRobot,
+    object: u32,
+    M: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let object = r.object(object)?;
+            let size = r.model().nv() + object_sizes(r.model(), object)?.1;
+            let M = numbers_mut("M", M, n, size * size)?;
+            Ok(r.robot.mass_matrix_with(object, M)?)
         })
     }
 }

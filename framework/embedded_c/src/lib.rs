@@ -8,8 +8,17 @@
 //! model     what never changes, names            → LwModel
 //! robot     q, kinematics, forces, masses        → LwRobot
 //! reach     inverse kinematics
+//! task      manipulability, rates of a tip, operational space
+//! control   rates and forces for wishes in order of priority
 //! hold      what hands hold
+//! dual      two hands on one object
+//! mass      momentum, composite inertias, predictions
+//! shape     hulls, meshes, terrain, coarse shapes
 //! collide   collisions
+//! path      free paths and ways
+//! timing    times of ways, transfers
+//! priorities  solvers of plain numbers
+//! tool      handles that lend memory to calls of a robot
 //! ```
 //! Every function may be called with any argument that keeps these promises, which no library can check; they are the
 //! safety condition of every `unsafe fn` here:
@@ -21,21 +30,38 @@
 
 mod builder;
 mod collide;
+mod control;
+mod dual;
 mod edge;
 mod hold;
+mod mass;
 mod model;
+mod path;
+mod priorities;
 mod reach;
 mod robot;
+mod shape;
 mod status;
+mod task;
+mod timing;
+mod tool;
 
 pub use builder::*;
 pub use collide::*;
+pub use control::*;
+pub use dual::*;
 pub use edge::LwPose;
 pub use hold::*;
+pub use mass::*;
 pub use model::*;
+pub use path::*;
+pub use priorities::*;
 pub use reach::*;
 pub use robot::*;
+pub use shape::*;
 pub use status::{LwStatus, lw_status_text, lw_version};
+pub use task::*;
+pub use timing::*;
 
 /// Handles go from thread to thread, and a model is used by several at once: the compiler says whether they may.
 const _: fn() = || {
@@ -43,4 +69,12 @@ const _: fn() = || {
     fn sync<T: Sync>() {}
     send::<robot::LwRobot>();
     sync::<model::LwModel>();
+    send::<task::LwTaskSpace>();
+    send::<control::LwRateControl>();
+    send::<control::LwWholeBody>();
+    send::<mass::LwPredictor>();
+    send::<path::LwPlanner>();
+    send::<priorities::LwPriorities>();
+    send::<timing::LwTiming>();
+    send::<timing::LwTransfer>();
 };

@@ -2,7 +2,7 @@
 
 use crate::edge::{self, Out, numbers_mut, shared, text, write_text};
 use crate::status::{Fault, LwStatus, Message};
-use linkwork_embedded::{RobotError, RobotModel};
+use linkwork_embedded::{Object, RobotError, RobotModel};
 use std::ffi::c_char;
 use std::sync::{Arc, Mutex};
 
@@ -131,6 +131,59 @@ pub unsafe extern "C" fn lw_model_object(
             let found = m.model.object(name);
             let all = || m.model.objects().map(|o| o.1);
             out.set(found.ok_or_else(|| unknown("object", name, all()))?.index() as u32);
+            Ok(())
+        })
+    }
+}
+
+/// How many coordinates and rates the joints of an object have (the root apart): none when it is rigid.
+pub(crate) fn object_sizes(m: &RobotModel, object: Object) -> Result<(usize, usize), Fault> {
+    let Some(bodies) = m.object_multibody(object) else { return Ok((0, 0)) };
+    let root = bodies.body_ids().next().ok_or(RobotError::ForeignHandle)?;
+    let root = bodies.get(root);
+    Ok((bodies.nq() - root.q().len(), bodies.nv() - root.v().len()))
+}
+
+/// How many coordinates the joints of an object have, into `nq`, and degrees of freedom, into `nv`: 0 when it is rigid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_object_sizes(
+    model: *const LwModel,
+    object: u32,
+    nq: *mut usize,
+    nv: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (nq, nv) = (Out::new("nq", nq)?, Out::new("nv", nv)?);
+            let object = m.model.objects().nth(object as usize).map(|o| o.0);
+            let (q, v) = object_sizes(&m.model, object.ok_or(RobotError::ForeignHandle)?)?;
+            nq.set(q);
+            nv.set(v);
+            Ok(())
+        })
+    }
+}
+
+/// The body of that name among those that hang on an object by hinges, and the object itself, into `out`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_object_body(
+    model: *const LwModel,
+    object: u32,
+    name: *const c_char,
+    out: *mut u32,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (out, name) = (Out::new("out", out)?, text("name", name)?);
+            let object = m.model.objects().nth(object as usize).map(|o| o.0);
+            let bodies = m.model.object_multibody(object.ok_or(RobotError::ForeignHandle)?);
+            let all = bodies.map_or(&[][..], |m| m.bodies());
+            let names = || all.iter().map(|b| b.name());
+            let found = bodies.and_then(|m| m.body(name));
+            let found = found.ok_or_else(|| unknown("body of the object", name, names()))?;
+            out.set(found.index() as u32);
             Ok(())
         })
     }

@@ -3,7 +3,11 @@
 use crate::edge::{LwPose, Out, alone, apart, numbers, numbers_mut, rotation, value, vec3};
 use crate::robot::LwRobot;
 use crate::status::{Fault, LwStatus};
-use linkwork_embedded::{Answer, ClosedForm, Effort, Goal, Outcome, Part, RobotError, RobotModel};
+use linkwork_embedded::spatial::Vec3;
+use linkwork_embedded::{
+    Answer, ClosedForm, Effort, Goal, Outcome, Part, Place, Pointing, Prefer, RobotError,
+    RobotModel, Towards,
+};
 
 /// The position of the goal counts.
 pub const LW_GOAL_POSITION: u32 = 1;
@@ -11,36 +15,76 @@ pub const LW_GOAL_POSITION: u32 = 1;
 pub const LW_GOAL_ORIENTATION: u32 = 2;
 /// The goal is in the frame of the chain's base instead of the world.
 pub const LW_GOAL_IN_BASE: u32 = 4;
+/// Of the position only the plane through it with the normal `direction` counts.
+pub const LW_GOAL_PLANE: u32 = 8;
+/// Of the position only the line through it along `direction` counts.
+pub const LW_GOAL_LINE: u32 = 16;
+/// In place of an orientation `axis` points along the direction `towards`: all that welding and drilling ask for.
+pub const LW_GOAL_AXIS: u32 = 32;
+/// In place of an orientation `axis` looks at the point `towards`.
+pub const LW_GOAL_LOOK_AT: u32 = 64;
 
-/// Where a tip is to be.
+/// Where a tip is to be. What does not count is not read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwGoal {
-    /// Where; what does not count is not read.
+    /// Where.
     pub pose: LwPose,
     /// What 1 m and 1 rad count in the sum of squares; positive.
     pub weights: [f64; 2],
     /// A sum of `LW_GOAL_...`.
     pub parts: u32,
+    /// Normal of a plane or direction of a line, of length 1, in the frame of the pose.
+    pub direction: [f64; 3],
+    /// The axis that points somewhere, of length 1, in the tip's frame. The turn about it is free.
+    pub axis: [f64; 3],
+    /// To where: a direction of length 1, or a point, m, in the frame of the pose.
+    pub towards: [f64; 3],
+    /// Half of the angle of the cone about it within which any direction will do, rad, 0 to pi; 0: the direction itself.
+    pub within: f64,
 }
 
 impl LwGoal {
     fn checked(&self) -> Result<Goal, Fault> {
-        let all = LW_GOAL_POSITION | LW_GOAL_ORIENTATION | LW_GOAL_IN_BASE;
-        if self.parts & !all != 0 {
-            let help = "a sum of LW_GOAL_..";
+        let asks = |what| self.parts & what != 0;
+        let both = |a, b| asks(a) && asks(b);
+        let [place, axis] = [[LW_GOAL_PLANE, LW_GOAL_LINE], [LW_GOAL_AXIS, LW_GOAL_LOOK_AT]];
+        let orphan = (asks(place[0]) || asks(place[1])) && !asks(LW_GOAL_POSITION);
+        let help = match () {
+            () if self.parts >= 2 * LW_GOAL_LOOK_AT => "a sum of LW_GOAL_..",
+            () if both(place[0], place[1]) => "a plane or a line, not both",
+            () if both(axis[0], axis[1]) => "a direction or a point for the axis, not both",
+            () if orphan => "LW_GOAL_POSITION with a plane or a line: a point of it",
+            () => "",
+        };
+        if !help.is_empty() {
             return Err(Fault::Choice { what: "parts", value: self.parts, help });
         }
-        let asks = |what| self.parts & what != 0;
         let position = asks(LW_GOAL_POSITION).then(|| vec3("position", &self.pose.position));
         let orientation = asks(LW_GOAL_ORIENTATION).then(|| rotation(&self.pose.quaternion));
+        let direction = || vec3("direction", &self.direction);
+        let towards = || vec3("towards", &self.towards);
+        let place = match () {
+            () if asks(LW_GOAL_PLANE) => Place::Plane(direction()?),
+            () if asks(LW_GOAL_LINE) => Place::Line(direction()?),
+            () => Place::Point,
+        };
+        let pointing = |to| -> Result<Pointing, Fault> {
+            let axis: Vec3 = vec3("axis", &self.axis)?;
+            Ok(Pointing { axis, to, within: self.within })
+        };
+        let pointing = match () {
+            () if asks(LW_GOAL_AXIS) => Some(pointing(Towards::Direction(towards()?))?),
+            () if asks(LW_GOAL_LOOK_AT) => Some(pointing(Towards::Point(towards()?))?),
+            () => None,
+        };
         Ok(Goal {
             position: position.transpose()?,
             orientation: orientation.transpose()?,
             weights: self.weights,
             in_base: asks(LW_GOAL_IN_BASE),
-            place: linkwork_embedded::Place::Point,
-            pointing: None,
+            place,
+            pointing,
         })
     }
 }
@@ -94,13 +138,62 @@ impl From<Answer> for LwAnswer {
             orientation: a.residual.orientation,
             kinematics: a.kinematics,
             restart: a.restart,
-            outcome: match a.outcome {
-                Outcome::Met => LwOutcome::Met,
-                Outcome::Nearest => LwOutcome::Nearest,
-                Outcome::Unfinished => LwOutcome::Unfinished,
-            },
+            outcome: a.outcome.into(),
         }
     }
+}
+
+impl From<Outcome> for LwOutcome {
+    fn from(outcome: Outcome) -> Self {
+        match outcome {
+            Outcome::Met => Self::Met,
+            Outcome::Nearest => Self::Nearest,
+            Outcome::Unfinished => Self::Unfinished,
+        }
+    }
+}
+
+/// What is liked among configurations that meet a goal, and how hard to look: the least of `centred` / 2 times the sum of ((q - middle) / (upper - lower))^2, less `manipulable` times ln w.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LwPrefer {
+    /// What distance from the middle of the limits counts; not negative.
+    pub centred: f64,
+    /// What ln w counts (`lw_robot_manipulability`); not negative, and one of the two above zero.
+    pub manipulable: f64,
+    /// What 1 rad counts in w, m; above zero.
+    pub length: f64,
+    /// Starts: the given one and others, the same ones each time; at least one is made.
+    pub starts: usize,
+    /// Evaluations of the kinematics to improve each solution, at most; 400 is usual.
+    pub steps: usize,
+}
+
+/// The best of several solutions.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LwBest {
+    /// What was made small; infinite when the goal is not met.
+    pub cost: f64,
+    /// Starts that led to the goal.
+    pub solutions: usize,
+    /// Evaluations of the kinematics in all.
+    pub kinematics: usize,
+    /// Met, or nearest when no start led there.
+    pub outcome: LwOutcome,
+}
+
+/// The effort that is given, or the default for NULL.
+///
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn effort_of(effort: *const LwEffort) -> Result<Effort, Fault> {
+    if effort.is_null() {
+        return Ok(Effort::default());
+    }
+    // SAFETY: the caller's promises.
+    let LwEffort { tolerances, steps, restarts, kinematics } = unsafe { value("effort", effort) }?;
+    Ok(Effort { tolerances, steps, restarts, kinematics })
 }
 
 /// The closed forms of all parts, prepared with the robot: one for each hinge that may be held, after one for the hinge that is chosen.
@@ -160,14 +253,40 @@ pub unsafe extern "C" fn lw_robot_reach(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (answer, goal) = (Out::new("answer", answer)?, value("goal", goal)?.checked()?);
-            let mut own = Effort::default();
-            if !effort.is_null() {
-                let LwEffort { tolerances, steps, restarts, kinematics } = value("effort", effort)?;
-                own = Effort { tolerances, steps, restarts, kinematics };
-            }
+            let own = effort_of(effort)?;
             let part = r.part(part)?;
             let q = numbers_mut("q", q, n, r.model().nq())?;
             answer.set(r.robot.reach(part, &goal, &own, q)?.into());
+            Ok(())
+        })
+    }
+}
+
+/// As `lw_robot_reach`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
+/// evaluations together. When no start leads there, `q` is the nearest of the last of them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_reach_best(
+    robot: *mut LwRobot,
+    part: u32,
+    goal: *const LwGoal,
+    prefer: *const LwPrefer,
+    effort: *const LwEffort,
+    q: *mut f64,
+    n: usize,
+    best: *mut LwBest,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (best, goal) = (Out::new("best", best)?, value("goal", goal)?.checked()?);
+            let LwPrefer { centred, manipulable, length, starts, steps } = value("prefer", prefer)?;
+            let prefer = Prefer { centred, manipulable, length, starts, steps };
+            let (own, part) = (effort_of(effort)?, r.part(part)?);
+            let q = numbers_mut("q", q, n, r.model().nq())?;
+            let told = r.robot.reach_best(part, &goal, &prefer, &own, q)?;
+            let (solutions, kinematics) = (told.solutions, told.kinematics);
+            let outcome = told.outcome.into();
+            best.set(LwBest { cost: told.cost, solutions, kinematics, outcome });
             Ok(())
         })
     }

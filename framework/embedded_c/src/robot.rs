@@ -2,10 +2,11 @@
 
 use crate::edge::{self, LwPose, Out, alone, apart, numbers, numbers_mut, value, vec3};
 use crate::model::LwModel;
+use crate::path::Swept;
 use crate::reach::Closed;
 use crate::status::{Fault, LwStatus, Message};
-use linkwork_embedded::spatial::Force;
-use linkwork_embedded::{Object, Part, Push, Robot, RobotError, RobotModel};
+use linkwork_embedded::spatial::{Force, Motion};
+use linkwork_embedded::{Closest, ColliderId, Object, Part, Push, Robot, RobotError, RobotModel};
 use std::ffi::c_char;
 use std::sync::{Mutex, PoisonError};
 
@@ -14,15 +15,33 @@ pub(crate) struct Instance {
     pub robot: Robot,
     /// What the tips push, as the last call gave it.
     pub pushes: Vec<Push>,
+    /// Chains that the last call named, and how their tips move.
+    pub asked: Vec<Part>,
+    pub moved: Vec<Motion>,
     /// Closed forms of the parts.
     pub closed: Closed,
+    /// The path that is looked at in portions.
+    pub swept: Swept,
+    /// Pairs of colliders of the last call.
+    pub near: Vec<Closest>,
+    pub hits: Vec<(ColliderId, ColliderId)>,
 }
 
 impl Instance {
-    fn new(robot: Robot) -> Self {
+    pub fn new(robot: Robot) -> Self {
         let room = robot.model().parts().len();
         let closed = Closed::of(robot.model());
-        Self { robot, pushes: Vec::with_capacity(room), closed }
+        let swept = Swept::new(robot.model().nq());
+        Self {
+            robot,
+            pushes: Vec::with_capacity(room),
+            asked: Vec::with_capacity(room),
+            moved: vec![Motion::zero(); room],
+            closed,
+            swept,
+            near: Vec::new(),
+            hits: Vec::new(),
+        }
     }
 
     pub fn model(&self) -> &RobotModel {

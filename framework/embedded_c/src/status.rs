@@ -31,7 +31,7 @@ pub enum LwStatus {
     Foreign,
     /// The part is no chain.
     NotAChain,
-    /// A search is to go on that was not begun.
+    /// A search, a path or a motion is asked for that was not begun.
     NoSearch,
     /// The inverse kinematics of the chain has no closed form.
     NoClosedForm,
@@ -72,7 +72,7 @@ const WORDS: [(LwStatus, &CStr); 24] = [
     (LwStatus::Unknown, c"nothing has this name"),
     (LwStatus::Foreign, c"the model has no such part, object, body or collider"),
     (LwStatus::NotAChain, c"the part is no chain"),
-    (LwStatus::NoSearch, c"no search was begun"),
+    (LwStatus::NoSearch, c"no search, path or motion was begun"),
     (LwStatus::NoClosedForm, c"the chain's inverse kinematics has no closed form"),
     (LwStatus::OutsideLimits, c"the start is outside the limits"),
     (LwStatus::NoRoom, c"more than room was reserved for"),
@@ -122,6 +122,8 @@ pub(crate) enum Fault {
         value: u32,
         help: &'static str,
     },
+    /// The call that has to come before.
+    NotBegun(&'static str),
     /// At set-up: in words.
     Unknown(String),
     Model(String),
@@ -174,6 +176,7 @@ impl Fault {
             Self::Text(_) => LwStatus::Text,
             Self::TextLength { .. } => LwStatus::Length,
             Self::Choice { .. } => LwStatus::OutOfRange,
+            Self::NotBegun(_) => LwStatus::NoSearch,
             Self::Unknown(_) => LwStatus::Unknown,
             Self::Model(_) => LwStatus::Model,
             Self::Busy => LwStatus::Busy,
@@ -199,6 +202,9 @@ impl fmt::Display for Fault {
             }
             Self::Choice { what, value, help } => {
                 write!(f, "`{what}` is {value}\n  help: give {help}")
+            }
+            Self::NotBegun(call) => {
+                write!(f, "there is nothing to go on with\n  help: call `{call}` before")
             }
             Self::Unknown(text) | Self::Model(text) => f.write_str(text),
             Self::Busy => f.write_str("another thread is in a call with this handle"),

@@ -66,7 +66,10 @@ fn all_solutions_in_c_are_those_in_rust() {
     let at = Vec3::new(0.35, 0.2, 0.5);
     let goal = Goal::pose(Pose::new(turn, at));
     let pose = LwPose { position: at.into(), quaternion: [q4.x, q4.y, q4.z, q4.w] };
-    let asked = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION | LW_GOAL_ORIENTATION };
+    let parts = LW_GOAL_POSITION | LW_GOAL_ORIENTATION;
+    let (none, weights) = ([0.0; 3], [1.0; 2]);
+    let (direction, axis, towards, within) = (none, none, none, 0.0);
+    let asked = LwGoal { pose, weights, parts, direction, axis, towards, within };
     for (hinges, tip, held) in
         [(&six, c"link6", None), (&seven, c"link7", None), (&seven, c"link7", Some(2))]
     {

@@ -1,15 +1,22 @@
-//! The interface as C sees it: the header is that of the functions, the examples of both languages say what the Rust robot says,
-//! mistakes are codes with messages, and nothing is allocated after set-up.
+//! The interface as C sees it: the header is that of the functions, mistakes are codes with messages, and nothing is allocated after set-up.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
-use linkwork_embedded::formats::{ReadOptions, Root, read_file, read_srdf_file};
-use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
-use linkwork_embedded::*;
+use linkwork_embedded::spatial::{Pose, Quat, nalgebra};
 use linkwork_robot::*;
 use std::ffi::{CStr, CString, c_char};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::ptr::{null, null_mut};
+
+/// A goal of which nothing counts.
+const NOWHERE: LwGoal = LwGoal {
+    pose: LwPose { position: [0.0; 3], quaternion: [0.0; 4] },
+    weights: [1.0; 2],
+    parts: 0,
+    direction: [0.0; 3],
+    axis: [0.0; 3],
+    towards: [0.0; 3],
+    within: 0.0,
+};
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -37,7 +44,20 @@ fn the_header_is_what_cbindgen_makes() {
         ..Config::default()
     };
     let mut builder = Builder::new().with_config(config);
-    for file in ["status", "edge", "builder", "model", "robot", "reach", "hold", "collide"] {
+    let set_up = ["status", "edge", "builder", "shape", "model", "robot"];
+    let calls = [
+        "task",
+        "control",
+        "reach",
+        "hold",
+        "dual",
+        "mass",
+        "collide",
+        "path",
+        "timing",
+        "priorities",
+    ];
+    for file in set_up.into_iter().chain(calls) {
         builder = builder.with_src(folder().join(format!("src/{file}.rs")));
     }
     let mut made = Vec::new();
@@ -53,156 +73,6 @@ fn the_header_is_what_cbindgen_makes() {
             folder().join("include/linkwork/robot.h").display()
         );
     }
-}
-
-/// What both examples say, C's and C++'s, built by the command of the README (`examples/build`) with the archive that cargo made beside the test;
-/// `None` when there is no compiler, which is a failure where `CI` is set.
-fn examples() -> Option<[String; 2]> {
-    for compiler in ["cc", "c++"] {
-        if Command::new(compiler).arg("--version").output().is_err() {
-            assert!(std::env::var_os("CI").is_none(), "`{compiler}` is missing");
-            println!("skipped: no `{compiler}` is here");
-            return None;
-        }
-    }
-    let test = std::env::current_exe().unwrap();
-    let library = test.parent().unwrap().join("liblinkwork_robot.a");
-    let scratch = tempfile::tempdir().unwrap();
-    let mut build = Command::new(folder().join("examples/build"));
-    build.env("LINKWORK_LIBRARY", library);
-    Some(built(&mut build, scratch.path()))
-}
-
-/// Runs the build; what the programs say.
-fn built(build: &mut Command, to: &std::path::Path) -> [String; 2] {
-    let build = build.arg(to).env("CFLAGS", "-Werror").env_remove("CC").env_remove("CXX");
-    let out = build.output().unwrap();
-    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-    ["arm_c.txt", "arm_cpp.txt"].map(|f| std::fs::read_to_string(to.join(f)).unwrap())
-}
-
-/// The README's command in a fresh clone with an empty target: minutes, so only where `LINKWORK_FRESH_CLONE` is set.
-#[test]
-fn the_examples_build_from_a_fresh_clone() {
-    if std::env::var_os("LINKWORK_FRESH_CLONE").is_none() {
-        println!("skipped: LINKWORK_FRESH_CLONE is not set");
-        return;
-    }
-    let scratch = tempfile::tempdir().unwrap();
-    let clone = scratch.path().join("clone");
-    let cloned = Command::new("git")
-        .args(["clone", "--quiet", "--no-hardlinks"])
-        .arg(folder().join("../.."))
-        .arg(&clone)
-        .status();
-    assert!(cloned.unwrap().success());
-    let mut build = Command::new(clone.join("framework/embedded_c/examples/build"));
-    // A target of its own, whatever stands around this test.
-    for name in ["CARGO_TARGET_DIR", "RUSTFLAGS", "CARGO_MANIFEST_DIR", "LINKWORK_LIBRARY"] {
-        build.env_remove(name);
-    }
-    let said = built(build.current_dir(&clone), &scratch.path().join("programs"));
-    // Another build of the library: the same to rounding, of which the words are a part.
-    for text in said {
-        assert_eq!(text.lines().count(), expected().lines().count(), "{text}");
-        assert!(text.contains("touch ") && text.contains("refused "), "{text}");
-    }
-}
-
-/// What the examples ask, asked in Rust.
-fn expected() -> String {
-    use std::fmt::Write;
-    let examples = folder().join("examples");
-    let options = ReadOptions { root: Root::Fixed, ..ReadOptions::default() };
-    let d = read_file(examples.join("arm.urdf"), &options).unwrap();
-    let srdf = read_srdf_file(examples.join("arm.srdf")).unwrap();
-    let spec = ModelSpec::from_description(&d).unwrap().groups(&srdf, &d).unwrap();
-    let mut spec = spec.shapes(&d).unwrap();
-    let inertia = Mat3::from_diagonal(&Vec3::new(2e-3, 2e-3, 1e-3));
-    let mass = MassProperties::new(0.4, Vec3::zeros(), inertia);
-    spec.objects.push(ObjectSpec { name: "cup".into(), mass });
-    let can = Shape::Cylinder { radius: 0.04, half_length: 0.05 };
-    let board = Shape::Box { half: Vec3::new(0.1, 0.4, 0.02) };
-    let at = Pose::translation(0.6, 0.0, 0.9);
-    spec.colliders.push(ColliderSpec::new("can", "cup", can));
-    spec.colliders.push(ColliderSpec::new("shelf", "world", board).at(at));
-    let model = RobotModel::new(&spec).unwrap();
-    let (arm, cup) = (model.part("arm").unwrap(), model.object("cup").unwrap());
-    let mut robot = Robot::new(&model);
-    let mut out = String::new();
-    let mut print = |what: &str, x: &[f64]| {
-        let numbers: Vec<String> = x.iter().map(|x| format!("{x:e}")).collect();
-        writeln!(out, "{what} {}", numbers.join(" ")).unwrap();
-    };
-    let (mut q, mut tau, mut J, mut M) = (vec![0.3, 0.8, -1.1], [0.0; 3], [0.0; 18], [0.0; 9]);
-    robot.set_q(&q).unwrap();
-    print("tip", robot.tip_pose(arm).unwrap().position.as_slice());
-    robot.jacobian(arm, &mut J).unwrap();
-    print("jacobian", &J);
-    let goal = Goal::position(Vec3::new(0.5, 0.2, 0.5));
-    robot.reach(arm, &goal, &Effort::default(), &mut q).unwrap();
-    print("q", &q);
-    robot.set_q(&q).unwrap();
-    robot.held_still(&[], &mut tau).unwrap();
-    print("empty", &tau);
-    robot.grasp(arm, cup, Grasp::At(Pose::translation(0.1, 0.0, 0.0))).unwrap();
-    robot.held_still(&[], &mut tau).unwrap();
-    print("loaded", &tau);
-    robot.feed_forward(&[0.1, -0.2, 0.3], &[1.0, 0.5, -0.5], &[], &mut tau).unwrap();
-    print("moving", &tau);
-    robot.mass_matrix(&mut M).unwrap();
-    print("mass_matrix", &M);
-    let (mass, center) = robot.center_of_mass();
-    print("mass", &[mass]);
-    print("center", center.as_slice());
-    print("clearance", &[robot.clearance(&q, 10.0).unwrap().unwrap().distance.distance]);
-    let (a, b) = robot.first_hit(&[0.0, 1.2, -1.2]).unwrap().unwrap();
-    let name = |id| model.collider_name(id);
-    let refused = robot.set_q(&q[..2]).unwrap_err();
-    let code = LwStatus::Length as i32;
-    writeln!(out, "touch {} {}\nrefused {code}: {refused}", name(a), name(b)).unwrap();
-    out
-}
-
-/// The same words, and the same numbers to the bit.
-fn same(ours: &str, expected: &str) {
-    let lines = (ours.lines().count(), expected.lines().count());
-    assert_eq!(lines.0, lines.1, "\n{ours}\n{expected}");
-    for (a, b) in ours.lines().zip(expected.lines()) {
-        let words = (a.split(' '), b.split(' '));
-        assert_eq!(words.0.clone().count(), words.1.clone().count(), "{a} | {b}");
-        for (x, y) in words.0.zip(words.1) {
-            match (x.parse::<f64>(), y.parse::<f64>()) {
-                (Ok(x), Ok(y)) => assert_eq!(x.to_bits(), y.to_bits(), "{a} | {b}"),
-                _ => assert_eq!(x, y),
-            }
-        }
-    }
-}
-
-#[test]
-fn the_c_example_says_what_rust_says() {
-    let Some([out, _]) = examples() else { return };
-    same(&out, &expected());
-    // By closed form: a cup of 0.4 kg on arms of 0.5 m and 0.45 m + 0.1 m.
-    let row = |what: &str| -> Vec<f64> {
-        let line = out.lines().find_map(|l| l.strip_prefix(&format!("{what} "))).unwrap();
-        line.split(' ').map(|x| x.parse().unwrap()).collect()
-    };
-    let (q, empty, loaded) = (row("q"), row("empty"), row("loaded"));
-    let lower = 0.55 * (q[1] + q[2]).cos();
-    let weight = 0.4 * 9.81;
-    for (k, arm) in [0.0, 0.5 * q[1].cos() + lower, lower].into_iter().enumerate() {
-        assert!((loaded[k] - empty[k] - weight * arm).abs() < 1e-12, "{k}");
-    }
-    let sum: f64 = [4.0, 3.0, 2.0, 0.4].iter().sum();
-    assert!((row("mass")[0] - sum).abs() < 1e-12);
-}
-
-#[test]
-fn the_cpp_example_says_what_rust_says() {
-    let Some([_, out]) = examples() else { return };
-    same(&out, &expected());
 }
 
 fn c(text: &str) -> CString {
@@ -290,7 +160,7 @@ fn null_is_a_code_wherever_it_is_given() {
     let (mut x, mut id, mut n) = ([0.1; 18], 0_u32, 0_usize);
     let p = x.as_mut_ptr();
     let pose = LwPose { position: [0.0; 3], quaternion: [0.0, 0.0, 0.0, 1.0] };
-    let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION };
+    let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION, ..NOWHERE };
     let shape = LwShape { kind: 0, size: [1.0, 0.0, 0.0] };
     let a = c("arm");
     // SAFETY: what is not NULL is right.
@@ -386,7 +256,10 @@ fn mistakes_are_codes_with_messages() {
     let mut x = [0.1; 18];
     let p = x.as_mut_ptr();
     let pose = |z, w| LwPose { position: [0.3, 0.0, z], quaternion: [0.0, 0.0, 0.0, w] };
-    let goal = |parts, weight| LwGoal { pose: pose(0.3, 2.0), weights: [weight, 1.0], parts };
+    let goal = |parts, weight| {
+        let (pose, weights) = (pose(0.3, 2.0), [weight, 1.0]);
+        LwGoal { pose, weights, parts, ..NOWHERE }
+    };
     let nan = [0.0, f64::NAN, 0.0];
     let (mut id, mut n, mut hit) = (9_u32, 0_usize, true);
     let mut answer = LwAnswer {
@@ -431,7 +304,7 @@ fn mistakes_are_codes_with_messages() {
             |g: &LwGoal, e: *const LwEffort, a: *mut LwAnswer| lw_robot_reach(r, 0, g, e, p, 3, a);
         let (a, default) = (&raw mut answer, null());
         robot(reach(&goal(0, 1.0), default, a), OutOfRange, &["ask for a position"]);
-        robot(reach(&goal(8, 1.0), default, a), OutOfRange, &["`parts` is 8", "LW_GOAL_"]);
+        robot(reach(&goal(128, 1.0), default, a), OutOfRange, &["`parts` is 128", "LW_GOAL_"]);
         robot(reach(&goal(LW_GOAL_ORIENTATION, 1.0), default, a), OutOfRange, &["quaternion", "2"]);
         robot(reach(&goal(LW_GOAL_POSITION, 0.0), default, a), OutOfRange, &["weight"]);
         robot(reach(&goal(LW_GOAL_POSITION, 1.0), &effort, a), OutOfRange, &["tolerance"]);
@@ -509,6 +382,8 @@ fn names_settings_and_handles_go_through() {
     let (r, m) = (s.robot, s.model);
     // SAFETY: handles of the library, texts with a zero, arrays of the lengths given.
     unsafe {
+        let version = CStr::from_ptr(lw_version()).to_str().unwrap();
+        assert_eq!(version, env!("CARGO_PKG_VERSION"));
         let (mut nq, mut nv, mut part, mut body, mut elbow) = (0, 0, 9, 9, (9, 9));
         assert_eq!(lw_model_sizes(m, &mut nq, &mut nv), LwStatus::Ok);
         assert_eq!(lw_model_part(m, c"arm".as_ptr(), &mut part), LwStatus::Ok);
@@ -541,7 +416,7 @@ fn names_settings_and_handles_go_through() {
         assert_eq!(lw_robot_object_pose(other, 0, &mut held), LwStatus::Ok);
         let quat = |p: &LwPose| {
             let [x, y, z, w] = p.quaternion;
-            Quat::from_quaternion(spatial::nalgebra::Quaternion::new(w, x, y, z))
+            Quat::from_quaternion(nalgebra::Quaternion::new(w, x, y, z))
         };
         let X = Pose::new(quat(&a), a.position.into()) * Pose::new(quat(&at), at.position.into());
         assert!(near(&held.position, X.position.as_slice()));
@@ -589,7 +464,7 @@ fn no_call_allocates_after_set_up() {
     let s = Scene::new();
     let r = s.robot;
     let pose = LwPose { position: [0.5, 0.1, 0.5], quaternion: [0.0, 0.0, 0.0, 1.0] };
-    let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION };
+    let goal = LwGoal { pose, weights: [1.0; 2], parts: LW_GOAL_POSITION, ..NOWHERE };
     let push = LwPush { moment: [1.0; 3], force: [2.0; 3], at: [0.1; 3], part: 0 };
     let (mut q, mut x, mut out, mut hit) = ([0.1; 3], [0.0; 18], pose, false);
     let mut text = [0; 300];

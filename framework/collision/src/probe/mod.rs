@@ -38,7 +38,7 @@ impl Whereabouts {
 }
 
 /// Settings and memory of questions to one [`Colliders`]. After [`Probe::new`] yes and no allocate nothing, the caller's lists
-/// apart; distances do until the memory of contact points has its size, and where cylinders overlap.
+/// apart; distances, and all questions about meshes and height fields, do until the memory of contact points has its size, and where cylinders overlap.
 pub struct Probe {
     detail: Detail,
     padding: Vec<f64>,

@@ -96,7 +96,8 @@ impl Default for PathProgress {
 }
 
 impl Robot {
-    /// Whether two colliders that meet touch or overlap at `q` (nq), padding counted. The robot's own q does not matter; what hands hold goes with them.
+    /// Whether two colliders that meet touch or overlap at `q` (nq), padding counted. The robot's own q does not matter; what hands hold goes with them. Meshes and height fields
+    /// allocate until the memory of contact points has its size.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].

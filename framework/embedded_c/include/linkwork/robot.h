@@ -49,6 +49,24 @@
 // It slides along an axis.
 #define LW_HINGE_SLIDER 2
 
+// All six rows of a Jacobian; the angular ones times a length.
+#define LW_ROWS_ALL 0
+
+// The three linear rows.
+#define LW_ROWS_LINEAR 1
+
+// The three angular rows.
+#define LW_ROWS_ANGULAR 2
+
+// The tip of a chain moves, in the world.
+#define LW_WISH_TIP 0
+
+// The centre of mass of all that moves, with what is held, moves.
+#define LW_WISH_CENTER 1
+
+// All degrees of freedom move.
+#define LW_WISH_POSTURE 2
+
 // The position of the goal counts.
 #define LW_GOAL_POSITION 1
 
@@ -57,6 +75,30 @@
 
 // The goal is in the frame of the chain's base instead of the world.
 #define LW_GOAL_IN_BASE 4
+
+// Of the position only the plane through it with the normal `direction` counts.
+#define LW_GOAL_PLANE 8
+
+// Of the position only the line through it along `direction` counts.
+#define LW_GOAL_LINE 16
+
+// In place of an orientation `axis` points along the direction `towards`: all that welding and drilling ask for.
+#define LW_GOAL_AXIS 32
+
+// In place of an orientation `axis` looks at the point `towards`.
+#define LW_GOAL_LOOK_AT 64
+
+// The sum of squares of the forces is made small.
+#define LW_BALANCE_EQUAL 0
+
+// The sum of squares of the forces as shares of the limits of effort is made small.
+#define LW_BALANCE_EFFORT 1
+
+// The shapes of colliders themselves.
+#define LW_DETAIL_FINE 0
+
+// Their coarse shapes, where they have one.
+#define LW_DETAIL_COARSE 1
 
 // What came of a call. Everything but `LW_STATUS_OK` means that nothing was changed or written, except where a
 // function says otherwise.
@@ -83,7 +125,7 @@ typedef enum LwStatus {
   LW_STATUS_FOREIGN,
   // The part is no chain.
   LW_STATUS_NOT_A_CHAIN,
-  // A search is to go on that was not begun.
+  // A search, a path or a motion is asked for that was not begun.
   LW_STATUS_NO_SEARCH,
   // The inverse kinematics of the chain has no closed form.
   LW_STATUS_NO_CLOSED_FORM,
@@ -121,6 +163,32 @@ typedef enum LwOutcome {
   LW_OUTCOME_UNFINISHED,
 } LwOutcome;
 
+// Whether a path is free.
+typedef enum LwPathOutcome {
+  // Proven free from end to end.
+  LW_PATH_OUTCOME_FREE,
+  // Two colliders touch.
+  LW_PATH_OUTCOME_HIT,
+  // Nothing touches where it was looked, and pieces as short as allowed could not be proven free.
+  LW_PATH_OUTCOME_UNDECIDED,
+  // The pieces asked for were used up; `lw_robot_path_free_on` goes on.
+  LW_PATH_OUTCOME_UNFINISHED,
+} LwPathOutcome;
+
+// How a search for a way ended.
+typedef enum LwWayOutcome {
+  // `lw_planner_way` gives it: free from end to end.
+  LW_WAY_OUTCOME_FOUND,
+  // The start touches something.
+  LW_WAY_OUTCOME_BLOCKED_START,
+  // The goal touches something.
+  LW_WAY_OUTCOME_BLOCKED_GOAL,
+  // The room was used up. There may be a way, or none.
+  LW_WAY_OUTCOME_NOT_FOUND,
+  // The places asked for were used up; `lw_planner_go_on` goes on.
+  LW_WAY_OUTCOME_UNFINISHED,
+} LwWayOutcome;
+
 // What a model is made of, while it is put together. For one thread at a time.
 typedef struct LwBuilder LwBuilder;
 
@@ -128,9 +196,33 @@ typedef struct LwBuilder LwBuilder;
 // any of them that failed (`lw_model_clone` gives a thread a message of its own).
 typedef struct LwModel LwModel;
 
+// Memory of searches for ways of one chain. For robots of one model, and one call at a time.
+typedef struct LwPlanner LwPlanner;
+
+// Memory of predictions. For robots of one model, and one call at a time.
+typedef struct LwPredictor LwPredictor;
+
+// A problem of least squares in order of priority: unknowns x with bounds c x <= d, and levels A x = b, of which each takes nothing from those before. For one thread at a time.
+typedef struct LwPriorities LwPriorities;
+
+// Memory of rates for wishes. For robots of one model, and one call at a time.
+typedef struct LwRateControl LwRateControl;
+
 // One instance of a model, with all the memory that its calls take. For one thread at a time: a call that meets another one answers `LW_STATUS_BUSY`.
 // Several robots of one model know nothing of each other.
 typedef struct LwRobot LwRobot;
+
+// The operational space of some tips, with its memory. For robots of one model, and one call at a time.
+typedef struct LwTaskSpace LwTaskSpace;
+
+// Memory of timings. For robots of one model, and one call at a time.
+typedef struct LwTiming LwTiming;
+
+// Memory of transfers. For robots of one model, and one call at a time.
+typedef struct LwTransfer LwTransfer;
+
+// Memory of forces for wishes with contacts. For robots of one model, and one call at a time.
+typedef struct LwWholeBody LwWholeBody;
 
 // A pose: where a frame is in another.
 typedef struct LwPose {
@@ -160,6 +252,86 @@ typedef struct LwPush {
   uint32_t part;
 } LwPush;
 
+// How well a tip moves and pushes at one configuration. For rates of length 1 the tip's speed along a unit vector u is at most
+// 1 / sqrt(sum of (a_k . u / s_k)^2); for forces of the joints of length 1 its force is at most 1 / sqrt(sum of (a_k . u)^2 s_k^2), with the axes a_k and singular values s_k.
+typedef struct LwManipulability {
+  // The product of the singular values; 0 at a singular configuration.
+  double w;
+  // Greatest first; for three rows the last three are zero.
+  double singular_values[6];
+  // Six rows of six, row after row: column k is the axis of singular value k over the rows chosen, angular ones first where there are six.
+  // For three rows only the upper left 3 by 3 is used.
+  double axes[36];
+} LwManipulability;
+
+// A spring and a damper between a tip and where it should be.
+typedef struct LwImpedance {
+  // Where the tip should be, in the world.
+  struct LwPose pose;
+  // How it should move there: angular (rad/s), linear (m/s), at its origin, world axes.
+  double twist[6];
+  // And accelerate, rad/s^2 and m/s^2.
+  double acceleration[6];
+  // About world x, y, z (N m/rad), along x, y, z (N/m); not negative.
+  double stiffness[6];
+  // About and along the same (N m s/rad, N s/m); not negative.
+  double damping[6];
+} LwImpedance;
+
+// One thing that is asked, of rates (`lw_rate_control_solve`) or of accelerations (`lw_whole_body_solve`). What its kind does not use is not read.
+typedef struct LwWish {
+  // One of `LW_WISH_..`.
+  uint32_t kind;
+  // Lower ones come first; those of one level are met together, in the sense of least squares.
+  uint32_t level;
+  // What it counts within its level; above zero.
+  double weight;
+  // Of a tip and of the centre of mass: angular (rad/s or rad/s^2), then linear (m/s or m/s^2), world axes; of a tip at its origin, of the centre the linear ones alone.
+  double motion[6];
+  // Of a tip: what 1 rad counts, m, where all rows count.
+  double length;
+  // Of a tip: the chain.
+  uint32_t part;
+  // Of a tip: which rows count, one of `LW_ROWS_..`.
+  uint32_t rows;
+  // Of a posture: rates or accelerations of all degrees of freedom.
+  const double *posture;
+  // How many numbers the posture has: nv.
+  size_t posture_count;
+} LwWish;
+
+// A chain whose manipulability is not to fall below a number.
+typedef struct LwGuard {
+  // The least w (`lw_robot_manipulability` of all six rows with length 1 m).
+  double least;
+  // The chain.
+  uint32_t part;
+} LwGuard;
+
+// A point of a tip that presses on something and does not slip.
+typedef struct LwTouch {
+  // Where, in the tip's frame, m.
+  double at[3];
+  // Normal of what it touches, towards the robot, of length 1, world axes.
+  double normal[3];
+  // Friction coefficient, above zero.
+  double friction;
+  // Greatest normal force, N, above zero; infinite for none.
+  double most;
+  // The chain whose tip touches.
+  uint32_t part;
+} LwTouch;
+
+// How far a whole body could do what it was asked. All zero: it could.
+typedef struct LwBalanced {
+  // What contacts cannot carry: root of the sum of squares of forces at degrees of freedom that nothing drives, N m and N.
+  double unbalanced;
+  // Accelerations of what should stand still, m/s^2: contacts that contradict each other.
+  double slipping;
+  // By which share all limits of effort and of normal forces would have to be larger.
+  double missing;
+} LwBalanced;
+
 // When inverse kinematics is content, and how long it tries: in work, never in time.
 typedef struct LwEffort {
   // Greatest error of position, m, and of orientation, rad.
@@ -172,14 +344,22 @@ typedef struct LwEffort {
   size_t kinematics;
 } LwEffort;
 
-// Where a tip is to be.
+// Where a tip is to be. What does not count is not read.
 typedef struct LwGoal {
-  // Where; what does not count is not read.
+  // Where.
   struct LwPose pose;
   // What 1 m and 1 rad count in the sum of squares; positive.
   double weights[2];
   // A sum of `LW_GOAL_...`.
   uint32_t parts;
+  // Normal of a plane or direction of a line, of length 1, in the frame of the pose.
+  double direction[3];
+  // The axis that points somewhere, of length 1, in the tip's frame. The turn about it is free.
+  double axis[3];
+  // To where: a direction of length 1, or a point, m, in the frame of the pose.
+  double towards[3];
+  // Half of the angle of the cone about it within which any direction will do, rad, 0 to pi; 0: the direction itself.
+  double within;
 } LwGoal;
 
 // What inverse kinematics answers beside q.
@@ -196,6 +376,100 @@ typedef struct LwAnswer {
   enum LwOutcome outcome;
 } LwAnswer;
 
+// What is liked among configurations that meet a goal, and how hard to look: the least of `centred` / 2 times the sum of ((q - middle) / (upper - lower))^2, less `manipulable` times ln w.
+typedef struct LwPrefer {
+  // What distance from the middle of the limits counts; not negative.
+  double centred;
+  // What ln w counts (`lw_robot_manipulability`); not negative, and one of the two above zero.
+  double manipulable;
+  // What 1 rad counts in w, m; above zero.
+  double length;
+  // Starts: the given one and others, the same ones each time; at least one is made.
+  size_t starts;
+  // Evaluations of the kinematics to improve each solution, at most; 400 is usual.
+  size_t steps;
+} LwPrefer;
+
+// The best of several solutions.
+typedef struct LwBest {
+  // What was made small; infinite when the goal is not met.
+  double cost;
+  // Starts that led to the goal.
+  size_t solutions;
+  // Evaluations of the kinematics in all.
+  size_t kinematics;
+  // Met, or nearest when no start led there.
+  enum LwOutcome outcome;
+} LwBest;
+
+// Who holds an object.
+typedef struct LwHold {
+  // How many hands do: 0, 1 or 2. What is beyond is zero.
+  uint32_t count;
+  // The hand that carries it in the mechanism, then the second: parts.
+  uint32_t hands[2];
+  // Where the object is in the frames of their tips.
+  struct LwPose at[2];
+} LwHold;
+
+// A moment and a force.
+typedef struct LwWrench {
+  // World axes, N m.
+  double moment[3];
+  // World axes, N.
+  double force[3];
+} LwWrench;
+
+// How two hands share a load.
+typedef struct LwShared {
+  // What the second hand does to the object, about its own tip.
+  struct LwWrench second;
+  // The sum that was made small.
+  double cost;
+  // The greatest |tau| / limit over the joints of both chains that have a limit of effort; above 1 they cannot do it.
+  double largest_share;
+} LwShared;
+
+// What two hands do to an object, told apart: first hand, then second, each about its own tip.
+typedef struct LwMoveSqueeze {
+  // What moves the object.
+  struct LwWrench moving[2];
+  // What only squeezes it.
+  struct LwWrench squeezing[2];
+  // The sum, about the object's origin.
+  struct LwWrench net;
+} LwMoveSqueeze;
+
+// What a hand can hold by friction: a patch that is pressed evenly.
+typedef struct LwFriction {
+  // Where it presses the object to, in the tip's axes; of any length but zero.
+  double normal[3];
+  // Coefficient of friction, above zero.
+  double coefficient;
+  // Radius of the patch that touches, m, above zero.
+  double radius;
+  // Greatest normal force, N, above zero; infinite for none.
+  double most;
+} LwFriction;
+
+// What two hands do so that neither slips.
+typedef struct LwGripped {
+  // On the object: first hand, then second, each about its own tip.
+  struct LwWrench wrenches[2];
+  // 0 when both hold. Else no wrenches do: the least force by which cones and limits would have to be wider, N; the wrenches are those that would hold then.
+  double missing;
+} LwGripped;
+
+// The inertia of a rigid body.
+typedef struct LwInertia {
+  // kg.
+  double mass;
+  // From the origin to the centre of mass, m.
+  double center[3];
+  // About the origin (not about the centre), row after row, kg m^2.
+  double inertia[9];
+} LwInertia;
+
 // Two colliders.
 typedef struct LwPair {
   // The first.
@@ -204,7 +478,7 @@ typedef struct LwPair {
   uint32_t b;
 } LwPair;
 
-// The nearest pair of colliders.
+// How near two colliders are.
 typedef struct LwClosest {
   // m, padding counted; negative when they overlap.
   double distance;
@@ -219,6 +493,88 @@ typedef struct LwClosest {
   // Whether there is such a pair; else the rest is zero.
   bool found;
 } LwClosest;
+
+// What is told of a path.
+typedef struct LwPath {
+  // Which part of the way, from 0 at its start to 1: where two touch, or the first piece that is undecided; else 0.
+  double at;
+  // Two that touch there; else zero.
+  struct LwPair pair;
+  // What came of it.
+  enum LwPathOutcome outcome;
+} LwPath;
+
+// How to look for a way.
+typedef struct LwSearch {
+  // Of the random places: the same seed gives the same way.
+  uint64_t seed;
+  // Longest piece, as the greatest change of one coordinate, rad or m; above zero.
+  double step;
+  // Pieces of a piece that are not cut again, as of `lw_robot_path_free`.
+  double least;
+} LwSearch;
+
+// What is told of a way.
+typedef struct LwWay {
+  // How many configurations it has, both ends counted; 0 when none was found.
+  size_t rows;
+  // Two that touch at a blocked end; else zero.
+  struct LwPair pair;
+  // How the search ended.
+  enum LwWayOutcome outcome;
+} LwWay;
+
+// Limits of a motion: a number for each degree of freedom, above zero, infinite for none. All arrays have the same length.
+typedef struct LwMotionLimits {
+  // rad/s or m/s; NULL: those of the model.
+  const double *rate;
+  // rad/s^2 or m/s^2; NULL: none.
+  const double *acceleration;
+  // rad/s^3 or m/s^3; NULL: none.
+  const double *jerk;
+  // N m or N; NULL: those of the model. Where all are infinite no dynamics is computed.
+  const double *effort;
+  // nv.
+  size_t n;
+} LwMotionLimits;
+
+// What a timing ends with.
+typedef struct LwTimed {
+  // s.
+  double duration;
+  // When no motion keeps the limits: where on the way it becomes impossible, as a part of its length (`lw_timing_place`).
+  double part;
+  // Then: the least number by which all limits of acceleration and effort would have to be multiplied.
+  double share;
+  // Whether a motion keeps the limits. What does not apply is zero.
+  bool found;
+} LwTimed;
+
+// Where a robot is, and how it moves.
+typedef struct LwMotionState {
+  // Configuration.
+  const double *q;
+  // nq.
+  size_t nq;
+  // Rates; NULL: at rest.
+  const double *v;
+  // Accelerations; NULL: none.
+  const double *vdot;
+  // nv.
+  size_t nv;
+} LwMotionState;
+
+// What a transfer ends with.
+typedef struct LwTransferred {
+  // s.
+  double duration;
+  // When it leaves the limits of a coordinate: how far it comes, rad or m.
+  double value;
+  // Then: the place of that coordinate among the degrees of freedom.
+  size_t dof;
+  // Whether all coordinates stay within their limits. What does not apply is zero.
+  bool within_limits;
+} LwTransferred;
 
 #ifdef __cplusplus
 extern "C" {
@@ -267,7 +623,7 @@ enum LwStatus lw_builder_groups_file(struct LwBuilder *builder, const char *path
 enum LwStatus lw_builder_groups_text(struct LwBuilder *builder, const char *xml);
 
 // The collision shapes of the robot's file, as colliders with their names, or `body/number`. After the robot. Shapes that a collider
-// cannot be (mesh files, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`.
+// cannot be (mesh files, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`, `lw_builder_hull` or `lw_builder_mesh`.
 enum LwStatus lw_builder_file_shapes(struct LwBuilder *builder);
 
 // A part: the chain of bodies after `base` (a body, or "world") up to `tip`.
@@ -329,6 +685,48 @@ enum LwStatus lw_builder_ignore(struct LwBuilder *builder,
 enum LwStatus lw_builder_model(struct LwBuilder *builder,
                                struct LwModel **out);
 
+// The convex hull of `n` points (3 numbers each, m) that are not all in one plane. `at` and `carrier` as of `lw_builder_shape`.
+enum LwStatus lw_builder_hull(struct LwBuilder *builder,
+                              const char *name,
+                              const char *carrier,
+                              const struct LwPose *at,
+                              const double *points,
+                              size_t n);
+
+// A surface of triangles: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0, counter-clockwise seen from outside). Only its outside pushes; a
+// hull is faster and better where it fits. Questions about it take memory until that has its size, yes and no, too. `at` and `carrier` as of `lw_builder_shape`.
+enum LwStatus lw_builder_mesh(struct LwBuilder *builder,
+                              const char *name,
+                              const char *carrier,
+                              const struct LwPose *at,
+                              const double *vertices,
+                              size_t vertex_count,
+                              const uint32_t *triangles,
+                              size_t triangle_count);
+
+// Terrain: heights (z, m) of `x` by `y` points (at least 2 each) on a grid that is centred on the origin, `spacing` (2 numbers, m) apart along x and y, solid below without end. `heights`: `n` = x y numbers, the row
+// of lowest y first; NaN where there is no ground. Memory as of `lw_builder_mesh`. `at` and `carrier` as of `lw_builder_shape`.
+enum LwStatus lw_builder_height_field(struct LwBuilder *builder,
+                                      const char *name,
+                                      const char *carrier,
+                                      const struct LwPose *at,
+                                      size_t x,
+                                      size_t y,
+                                      const double *spacing,
+                                      const double *heights,
+                                      size_t n);
+
+// Gives the collider of a name, added before, a coarse shape in the same frame, for `LW_DETAIL_COARSE`: simpler, and around its own.
+enum LwStatus lw_builder_coarse(struct LwBuilder *builder,
+                                const char *name,
+                                const struct LwShape *shape);
+
+// As `lw_builder_coarse`, with the convex hull of `n` points (3 numbers each, m) as the coarse shape.
+enum LwStatus lw_builder_coarse_hull(struct LwBuilder *builder,
+                                     const char *name,
+                                     const double *points,
+                                     size_t n);
+
 // The same model by another handle with a message of its own, into `out`. O(1).
 enum LwStatus lw_model_clone(const struct LwModel *model, struct LwModel **out);
 
@@ -355,6 +753,18 @@ enum LwStatus lw_model_part(const struct LwModel *model, const char *name, uint3
 
 // The object of that name, into `out`: its place among the objects, from 0.
 enum LwStatus lw_model_object(const struct LwModel *model, const char *name, uint32_t *out);
+
+// How many coordinates the joints of an object have, into `nq`, and degrees of freedom, into `nv`: 0 when it is rigid.
+enum LwStatus lw_model_object_sizes(const struct LwModel *model,
+                                    uint32_t object,
+                                    size_t *nq,
+                                    size_t *nv);
+
+// The body of that name among those that hang on an object by hinges, and the object itself, into `out`.
+enum LwStatus lw_model_object_body(const struct LwModel *model,
+                                   uint32_t object,
+                                   const char *name,
+                                   uint32_t *out);
 
 // The body of that name, into `out`: its place among the bodies, from 0.
 enum LwStatus lw_model_body(const struct LwModel *model, const char *name, uint32_t *out);
@@ -466,6 +876,144 @@ enum LwStatus lw_robot_center_of_mass(struct LwRobot *robot,
                                       double *mass,
                                       double *center);
 
+// Where the base of a chain is in the world at the robot's q: the frame of goals with `LW_GOAL_IN_BASE`.
+enum LwStatus lw_robot_base_pose(struct LwRobot *robot,
+                                 uint32_t part,
+                                 struct LwPose *out);
+
+// Manipulability of a chain at the robot's q, into `out`. `rows`: one of `LW_ROWS_..`; `length`: what 1 rad counts, m, where all six count (else it is not read). Its gradient over the
+// chain's degrees of freedom into `gradient` (`n`: `lw_model_part_size`; NULL and 0: not asked for); zero where the measure is zero.
+enum LwStatus lw_robot_manipulability(struct LwRobot *robot,
+                                      uint32_t part,
+                                      uint32_t rows,
+                                      double length,
+                                      struct LwManipulability *out,
+                                      double *gradient,
+                                      size_t n);
+
+// Rates of a chain at the robot's q, into its places of `v` (`n` = nv; the others stay), for which its tip moves as nearly as it can by `twist` (6 numbers: angular, rad/s, then
+// linear, m/s; at the tip's origin, world axes, seen from the chain's base): of all such rates the least, within limits of rate, and not outward at a limit of a coordinate. What is missing
+// into `missing` (2 numbers, rad/s and m/s; NULL: not asked for). For several wishes, and guards, see `lw_rate_control_solve`.
+enum LwStatus lw_robot_rates(struct LwRobot *robot,
+                             uint32_t part,
+                             const double *twist,
+                             double *v,
+                             size_t n,
+                             double *missing);
+
+// The operational space of the tips of chains (`count` of them, at least one), in this order, into `out`; free it with `lw_task_space_free`. It serves every robot of the same model. Its rows are
+// six for each tip: angular, then linear, of the tip's origin, world axes.
+enum LwStatus lw_task_space_new(struct LwRobot *robot,
+                                const uint32_t *parts,
+                                size_t count,
+                                struct LwTaskSpace **out);
+
+// Frees an operational space; NULL is none.
+void lw_task_space_free(struct LwTaskSpace *space);
+
+// The inverse of the task inertia at the robot's q with what is held, into `out` (rows times rows, row after row; `n` = their product): accelerations of the tips for unit wrenches on
+// them. `LW_STATUS_SINGULAR` when a coordinate has nothing to move.
+enum LwStatus lw_task_space_compliance(struct LwRobot *robot,
+                                       struct LwTaskSpace *space,
+                                       double *out,
+                                       size_t n);
+
+// The task inertia at the robot's q with what is held, into `out` as of `lw_task_space_compliance`: kg m^2 and kg. `LW_STATUS_SINGULAR` also where the tips cannot move independently.
+enum LwStatus lw_task_space_inertia(struct LwRobot *robot,
+                                    struct LwTaskSpace *space,
+                                    double *out,
+                                    size_t n);
+
+// Forces, into `tau` (`n` = nv), at the robot's q and rates `v` (`n`) that give the tips the accelerations `a` (`rows` numbers: six for each tip, rad/s^2 and m/s^2), gravity and what is
+// held counted, while `rest` (`n`; NULL: none) acts as far as it moves no tip. `LW_STATUS_SINGULAR` where the tips cannot move independently.
+enum LwStatus lw_task_space_forces(struct LwRobot *robot,
+                                   struct LwTaskSpace *space,
+                                   const double *v,
+                                   size_t n,
+                                   const double *a,
+                                   size_t rows,
+                                   const double *rest,
+                                   double *tau);
+
+// Forces, into `tau` (`n` = nv), at the robot's q and rates `v` (`n`) that make each tip a spring and damper to where it should be: `count` springs, one for each tip in the order of the parts.
+// `rest` and `LW_STATUS_SINGULAR` as of `lw_task_space_forces`. The inertia that is felt is that of the tips: no force is measured.
+enum LwStatus lw_task_space_impedance(struct LwRobot *robot,
+                                      struct LwTaskSpace *space,
+                                      const double *v,
+                                      size_t n,
+                                      const struct LwImpedance *springs,
+                                      size_t count,
+                                      const double *rest,
+                                      double *tau);
+
+// Memory of `lw_rate_control_solve` with room for so many wishes and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
+enum LwStatus lw_rate_control_new(struct LwRobot *robot,
+                                  size_t wishes,
+                                  size_t guards,
+                                  struct LwRateControl **out);
+
+// Frees it; NULL is none.
+void lw_rate_control_free(struct LwRateControl *control);
+
+// Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each wish as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
+// the time `horizon` (s, above zero: a few periods of the control) at the earliest; so may the least manipulability of each of the `guard_count` chains in `guards`: towards a singular
+// configuration a chain slows down. What is missing, |J v - asked| with weights, into `residuals`, a number for each level in their order (`levels`: how many different ones there are; NULL
+// and 0: not asked for). A coordinate outside its limits comes back as fast as it may.
+// `LW_STATUS_SINGULAR` when guards contradict each other.
+enum LwStatus lw_rate_control_solve(struct LwRobot *robot,
+                                    struct LwRateControl *control,
+                                    const struct LwWish *wishes,
+                                    size_t wish_count,
+                                    double horizon,
+                                    const struct LwGuard *guards,
+                                    size_t guard_count,
+                                    double *v,
+                                    size_t n,
+                                    double *residuals,
+                                    size_t levels);
+
+// Memory of `lw_whole_body_solve` with room for so many touching points and wishes (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
+enum LwStatus lw_whole_body_new(struct LwRobot *robot,
+                                size_t touches,
+                                size_t wishes,
+                                struct LwWholeBody **out);
+
+// Frees it; NULL is none.
+void lw_whole_body_free(struct LwWholeBody *body);
+
+// Forces into `tau`, accelerations into `vdot`, at the robot's q and rates `v`, and forces on the robot at the `touch_count` touching points into `forces` (3 numbers each, world axes, N):
+// first the balance of what nothing drives, then contacts that do not slip, then limits, then the wishes (accelerations) by levels, at last the least effort. `effort`: limits of force, N m
+// and N; zero where nothing drives, infinite for none. `v`, `effort`, `tau`, `vdot`: `n` = nv each. What could not be done is an answer, in `out`, with the best motion there is.
+enum LwStatus lw_whole_body_solve(struct LwRobot *robot,
+                                  struct LwWholeBody *body,
+                                  const double *v,
+                                  const double *effort,
+                                  size_t n,
+                                  const struct LwTouch *touches,
+                                  size_t touch_count,
+                                  const struct LwWish *wishes,
+                                  size_t wish_count,
+                                  double *tau,
+                                  double *vdot,
+                                  double *forces,
+                                  struct LwBalanced *out);
+
+// Where the centre of mass may be above `n` touching points (2 numbers each: x, y, m, in a level plane): the corners of their hull, counter-clockwise, into `hull` (room for n + 1 of them), and how
+// many there are into `count`: two for points on a line, one for points that are all the same. `points` are put in order meanwhile; those that are no numbers count as none.
+// No handle has a message of it.
+enum LwStatus lw_support_polygon(double *points,
+                                 size_t n,
+                                 double *hull,
+                                 size_t room,
+                                 size_t *count);
+
+// How far a place `p` (2 numbers: x, y, m) is inside a polygon with `n` corners (2 numbers each, counter-clockwise), into `margin`: the distance to its nearest edge, m, negative outside. Of
+// no corner it is minus infinity. No handle has a message of it.
+enum LwStatus lw_support_margin(const double *hull,
+                                size_t n,
+                                const double *p,
+                                double *margin);
+
 // The effort that `lw_robot_reach` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
 enum LwStatus lw_effort_default(struct LwEffort *out);
 
@@ -478,6 +1026,17 @@ enum LwStatus lw_robot_reach(struct LwRobot *robot,
                              double *q,
                              size_t n,
                              struct LwAnswer *answer);
+
+// As `lw_robot_reach`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
+// evaluations together. When no start leads there, `q` is the nearest of the last of them.
+enum LwStatus lw_robot_reach_best(struct LwRobot *robot,
+                                  uint32_t part,
+                                  const struct LwGoal *goal,
+                                  const struct LwPrefer *prefer,
+                                  const struct LwEffort *effort,
+                                  double *q,
+                                  size_t n,
+                                  struct LwBest *best);
 
 // Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
 enum LwStatus lw_robot_reach_on(struct LwRobot *robot,
@@ -552,6 +1111,118 @@ enum LwStatus lw_robot_feed_forward_with(struct LwRobot *robot,
                                          double *tau,
                                          double *forces);
 
+// Where a body that hangs on an object (`lw_model_object_body`) is in the world.
+enum LwStatus lw_robot_object_body_pose(struct LwRobot *robot,
+                                        uint32_t object,
+                                        uint32_t body,
+                                        struct LwPose *out);
+
+// The mass matrix at the robot's q with the m joints of an object that it holds in the last rows and columns, into `M` (nv + m rows of nv + m, row after row; `n` = their product). Joints of
+// other objects stand still.
+enum LwStatus lw_robot_mass_matrix_with(struct LwRobot *robot,
+                                        uint32_t object,
+                                        double *M,
+                                        size_t n);
+
+// Who holds an object, into `out`; nobody is an answer.
+enum LwStatus lw_robot_hold(struct LwRobot *robot, uint32_t object, struct LwHold *out);
+
+// Shares the load of an object between the two hands that hold it, at the robot's q: `tau` (`n` = nv; in: forces with the object on the first hand, as `lw_robot_feed_forward` gives
+// them; out: forces of both hands for the same motion; only those of the two chains change). `balance`: one of `LW_BALANCE_..`. The shares may pull as well as press:
+// `lw_robot_grip` knows friction. `LW_STATUS_NOT_HELD`, `LW_STATUS_EMPTY_HAND` without two hands; `LW_STATUS_OUT_OF_RANGE` where a joint has no limit of effort to take a share of.
+enum LwStatus lw_robot_balance(struct LwRobot *robot,
+                               uint32_t object,
+                               uint32_t balance,
+                               double *tau,
+                               size_t n,
+                               struct LwShared *out);
+
+// Adds to `tau` (`n` = nv) what presses the two hands of an object towards each other with `force` (N) along the line between their tips, at the robot's q; the object feels no net wrench.
+// What both do to it into `wrenches` (2: first hand, then second, each about its tip). `LW_STATUS_SINGULAR` when both tips are at one place.
+enum LwStatus lw_robot_squeeze(struct LwRobot *robot,
+                               uint32_t object,
+                               double force,
+                               double *tau,
+                               size_t n,
+                               struct LwWrench *wrenches);
+
+// Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second, each about its tip), at the robot's q.
+enum LwStatus lw_robot_exert(struct LwRobot *robot,
+                             uint32_t object,
+                             const struct LwWrench *wrenches,
+                             double *tau,
+                             size_t n);
+
+// Tells the wrenches of two hands on an object (2: first hand, then second, each about its tip) apart into `out`: what moves it, of least weighted sum of squares, and what only squeezes
+// it. `weights` (3 numbers, above zero): of the first hand, of the second, and of 1 N m against 1 N (1/m^2).
+enum LwStatus lw_robot_move_squeeze(struct LwRobot *robot,
+                                    uint32_t object,
+                                    const struct LwWrench *wrenches,
+                                    const double *weights,
+                                    struct LwMoveSqueeze *out);
+
+// Wrenches of two hands on an object under which neither slips, into `out`: those nearest to `wrenches` (2: first hand, then second, each about its tip) with the same net wrench, at the
+// robot's q. `friction` (2): what each hand can hold.
+enum LwStatus lw_robot_grip(struct LwRobot *robot,
+                            uint32_t object,
+                            const struct LwWrench *wrenches,
+                            const struct LwFriction *friction,
+                            struct LwGripped *out);
+
+// The composite inertia of a body at the robot's q, into `out`: that of all that it carries and itself, with what is held, as if they were one; about the body's origin, world axes.
+enum LwStatus lw_robot_composite_inertia(struct LwRobot *robot,
+                                         uint32_t body,
+                                         struct LwInertia *out);
+
+// Momentum about the centre of mass at the robot's q and rates `v` (`n` = nv), with what is held, into `out` (6 numbers: angular, kg m^2/s, then linear, kg m/s; world axes).
+enum LwStatus lw_robot_momentum(struct LwRobot *robot,
+                                const double *v,
+                                size_t n,
+                                double *out);
+
+// The centroidal momentum matrix at the robot's q, with what is held, into `A` (6 rows of nv, row after row; `n` = 6 nv): rates to what `lw_robot_momentum` gives. Its last three rows,
+// divided by the mass of `lw_robot_center_of_mass`, are the Jacobian of the centre of mass.
+enum LwStatus lw_robot_centroidal_matrix(struct LwRobot *robot,
+                                         double *A,
+                                         size_t n);
+
+// Forces of rates and gravity, into `tau`, at the robot's q and rates `v` (`n` = nv each), with what is held: what is left of the equations of motion without accelerations. Accelerations that the
+// tips of `count` chains (at most as many as the model has parts) have while no rate changes into `tips` (6 numbers each: angular, rad/s^2, then linear, m/s^2, of the tip's origin, world axes).
+enum LwStatus lw_robot_bias(struct LwRobot *robot,
+                            const double *v,
+                            size_t n,
+                            const uint32_t *parts,
+                            size_t count,
+                            double *tau,
+                            double *tips);
+
+// Memory of `lw_predictor_step`, into `out`; free it with `lw_predictor_free`. It serves every robot of the same model.
+enum LwStatus lw_predictor_new(struct LwRobot *robot,
+                               struct LwPredictor **out);
+
+// Frees it; NULL is none.
+void lw_predictor_free(struct LwPredictor *predictor);
+
+// A state of an estimator goes on by `step` seconds, in place: `q` (`nq`), rates `v` (`nv`) and the `covariance` of their errors (2 nv rows of 2 nv, row after row: errors of q along v, then
+// those of v), under the forces `tau` (`nv`) and white noise of these with the spectral densities `density` (`nv`; (N m)^2 s and N^2 s; not negative), with what is held and the robot's
+// gravity. By the midpoint rule, of second order. The robot's own q does not matter. `LW_STATUS_SINGULAR` where a joint has nothing to move.
+enum LwStatus lw_predictor_step(struct LwRobot *robot,
+                                struct LwPredictor *predictor,
+                                double *q,
+                                size_t nq,
+                                double *v,
+                                size_t nv,
+                                double *covariance,
+                                const double *tau,
+                                const double *density,
+                                double step);
+
+// How errors before the last step became errors after it, into `F` (2 nv rows of 2 nv, row after row; `n` = 4 nv nv): zero before the first one.
+enum LwStatus lw_predictor_transition(struct LwRobot *robot,
+                                      struct LwPredictor *predictor,
+                                      double *F,
+                                      size_t n);
+
 // Whether two colliders that meet touch or overlap at `q` (`n` = nq), padding counted, into `out`; what hands hold goes with them. A pair that touches into
 // `pair` (NULL: not asked for), where there is one.
 enum LwStatus lw_robot_collides(struct LwRobot *robot,
@@ -567,6 +1238,41 @@ enum LwStatus lw_robot_clearance(struct LwRobot *robot,
                                  size_t n,
                                  double limit,
                                  struct LwClosest *out);
+
+// The distance of two colliders at `q` (`n` = nq), whether they meet, and are shown, or not, with the nearest points, into `out`; padding counted. Not `found` where one is a cloud or a map with nothing in it, or
+// both have no end. Takes memory as `lw_robot_clearance` does.
+enum LwStatus lw_robot_distance(struct LwRobot *robot,
+                                const double *q,
+                                size_t n,
+                                uint32_t a,
+                                uint32_t b,
+                                struct LwClosest *out);
+
+// The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (`n` = nq), in the order of colliders, into `out`, and how many there are into `count`. Where they are more
+// than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written. Takes memory until that of pairs has its size, and as `lw_robot_clearance` does.
+enum LwStatus lw_robot_distances(struct LwRobot *robot,
+                                 const double *q,
+                                 size_t n,
+                                 double limit,
+                                 struct LwClosest *out,
+                                 size_t room,
+                                 size_t *count);
+
+// All pairs that touch or overlap at `q` (`n` = nq), into `pairs`, and how many there are into `count`; padding counted. Where they are more than `room`, `LW_STATUS_NO_ROOM`, and `count`
+// alone is written. Takes memory until that of pairs has its size. Whether there is any, `lw_robot_collides` tells sooner.
+enum LwStatus lw_robot_hits(struct LwRobot *robot,
+                            const double *q,
+                            size_t n,
+                            struct LwPair *pairs,
+                            size_t room,
+                            size_t *count);
+
+// Which shapes all questions of collisions take from now on: one of `LW_DETAIL_..`; the fine ones at first.
+enum LwStatus lw_robot_set_detail(struct LwRobot *robot,
+                                  uint32_t detail);
+
+// Whether a pair is looked at now when both are shown, into `out`.
+enum LwStatus lw_robot_looks_at(struct LwRobot *robot, uint32_t a, uint32_t b, bool *out);
 
 // Thickness around a collider from now on, m.
 enum LwStatus lw_robot_pad(struct LwRobot *robot, uint32_t collider, double padding);
@@ -607,6 +1313,189 @@ enum LwStatus lw_robot_free_cells(struct LwRobot *robot,
 
 // Makes all cells of a voxel map free.
 enum LwStatus lw_robot_clear_cells(struct LwRobot *robot, uint32_t collider);
+
+// Whether a cell of a voxel map (3 indices along x, y, z from 0) is occupied now, into `out`.
+enum LwStatus lw_robot_cell(struct LwRobot *robot,
+                            uint32_t collider,
+                            const uint32_t *cell,
+                            bool *out);
+
+// How many points a cloud has now, or occupied cells a voxel map, into `count`.
+enum LwStatus lw_robot_count(struct LwRobot *robot, uint32_t collider, size_t *count);
+
+// Whether the way from `qa` to `qb` (`n` = nq each) touches nothing, all coordinates moving in proportion, into `out`: proven, not sampled; what hands hold goes with them. Pieces shorter than
+// `least` (a part of the way, 1e-9 to 1; 1e-3 is usual) are not cut again. At most so many `pieces` are looked at (SIZE_MAX: all). The robot's own q does not matter.
+// `LW_STATUS_OUT_OF_RANGE` also for an end beyond the limits of a slider.
+enum LwStatus lw_robot_path_free(struct LwRobot *robot,
+                                 const double *qa,
+                                 const double *qb,
+                                 size_t n,
+                                 double least,
+                                 size_t pieces,
+                                 struct LwPath *out);
+
+// Goes on with the path of the last `lw_robot_path_free` that was left unfinished, for so many pieces, with the robot as it was then. Portions do not change the answer.
+// `LW_STATUS_NO_SEARCH` when there is none.
+enum LwStatus lw_robot_path_free_on(struct LwRobot *robot,
+                                    size_t pieces,
+                                    struct LwPath *out);
+
+// Memory of searches for ways of a chain of pins, sliders and screws, with room for so many configurations (2 to 1048576) in each of two trees, into `out`; free it with `lw_planner_free`.
+// It serves every robot of the same model.
+enum LwStatus lw_planner_new(struct LwRobot *robot,
+                             uint32_t part,
+                             size_t configurations,
+                             struct LwPlanner **out);
+
+// Frees it; NULL is none.
+void lw_planner_free(struct LwPlanner *planner);
+
+// Looks for a free way of the chain from `start` to `goal` (`n` = nq each, within limits; they differ in the chain's coordinates alone) with at most so many random `places` in this call
+// (SIZE_MAX: until it ends), into `out`. `search`: NULL for seed 1, steps of 0.5 and pieces down to 1e-3. What hands hold goes with them; the robot's own q does not matter. *Not found*
+// is an answer, not an error.
+enum LwStatus lw_planner_plan(struct LwRobot *robot,
+                              struct LwPlanner *planner,
+                              const double *start,
+                              const double *goal,
+                              size_t n,
+                              const struct LwSearch *search,
+                              size_t places,
+                              struct LwWay *out);
+
+// Goes on with an unfinished search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
+enum LwStatus lw_planner_go_on(struct LwRobot *robot,
+                               struct LwPlanner *planner,
+                               size_t places,
+                               struct LwWay *out);
+
+// The way that was found last, into `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all coordinates move in proportion; `n`: nq times the
+// `rows` of `LwWay`.
+enum LwStatus lw_planner_way(struct LwRobot *robot,
+                             struct LwPlanner *planner,
+                             double *way,
+                             size_t n);
+
+// Memory of `lw_timing_plan` for ways of so many configurations (at least 2) in so many sections (at least 8 for each, 1048576 at most; twenty are few, a hundred are many), into `out`; free it with
+// `lw_timing_free`. It serves every robot of the same model.
+enum LwStatus lw_timing_new(struct LwRobot *robot,
+                            size_t configurations,
+                            size_t sections,
+                            struct LwTiming **out);
+
+// Frees it; NULL is none.
+void lw_timing_free(struct LwTiming *timing);
+
+// Times a way from rest to rest as fast as limits allow, into `out`: whole configurations (nq numbers each) one after the other in `way` (`n` numbers), as `lw_planner_way` gives them. Where `round` is
+// zero the motion stands still at each corner; else corners are rounded so that no point is farther than `round` from the way (root of the sum of squares of coordinates, rad and m): then
+// ask `lw_timing_path_free`. `limits`: NULL for those of the model; limits of jerk do not count. With what is held; the robot's own q does not matter. *No motion keeps the limits* is an answer,
+// not an error. A call that fails may forget the way that was timed before.
+enum LwStatus lw_timing_plan(struct LwRobot *robot,
+                             struct LwTiming *timing,
+                             const double *way,
+                             size_t n,
+                             const struct LwMotionLimits *limits,
+                             double round,
+                             struct LwTimed *out);
+
+// Configuration into `q` (`nq`), rates into `v` and accelerations into `vdot` (`nv` each) at a time, s, of the way that was timed last: before its beginning and after its end it stands still.
+// `LW_STATUS_NO_SEARCH` when there is none.
+enum LwStatus lw_timing_at(struct LwRobot *robot,
+                           struct LwTiming *timing,
+                           double time,
+                           double *q,
+                           size_t nq,
+                           double *v,
+                           double *vdot,
+                           size_t nv);
+
+// The configuration, into `q` (`n` = nq), at a part (0 to 1) of the length of the way that was given last.
+enum LwStatus lw_timing_place(struct LwRobot *robot,
+                              struct LwTiming *timing,
+                              double part,
+                              double *q,
+                              size_t n);
+
+// Whether the way that was given last touches nothing, with its corners as they are rounded, into `out`: as `lw_robot_path_free`, whose `least` counts for each piece; never unfinished.
+enum LwStatus lw_timing_path_free(struct LwRobot *robot,
+                                  struct LwTiming *timing,
+                                  double least,
+                                  struct LwPath *out);
+
+// Memory of `lw_transfer_plan`, into `out`; free it with `lw_transfer_free`. It serves every robot of the same model.
+enum LwStatus lw_transfer_new(struct LwRobot *robot,
+                              struct LwTransfer **out);
+
+// Frees it; NULL is none.
+void lw_transfer_free(struct LwTransfer *transfer);
+
+// The fastest motion between two states within limits of rate, acceleration and jerk, all coordinates arriving together, into `out`; limits of effort do not count, and nothing is asked of
+// colliders. Every coordinate that moves needs limits of rate, acceleration and jerk; those of ball and free hinges have to be the same at both ends, and at rest.
+// `LW_STATUS_SINGULAR` where the search fails by round-off (the one failure that allocates): then, too, the motion of before is gone.
+enum LwStatus lw_transfer_plan(struct LwRobot *robot,
+                               struct LwTransfer *transfer,
+                               const struct LwMotionState *from,
+                               const struct LwMotionState *to,
+                               const struct LwMotionLimits *limits,
+                               struct LwTransferred *out);
+
+// Configuration into `q` (`nq`), rates into `v` and accelerations into `vdot` (`nv` each) at a time, s, of the transfer that was planned last: after its end the rates there go on.
+// `LW_STATUS_NO_SEARCH` when there is none.
+enum LwStatus lw_transfer_at(struct LwRobot *robot,
+                             struct LwTransfer *transfer,
+                             double time,
+                             double *q,
+                             size_t nq,
+                             double *v,
+                             double *vdot,
+                             size_t nv);
+
+// A problem of `n` unknowns with room for so many `rows` in one level and so many `bounds` (1024 each at most), into `out`; free it with `lw_priorities_free`. No later call allocates.
+enum LwStatus lw_priorities_new(size_t n,
+                                size_t rows,
+                                size_t bounds,
+                                struct LwPriorities **out);
+
+// Frees it; NULL is none.
+void lw_priorities_free(struct LwPriorities *problem);
+
+// As `lw_builder_message`, of a problem.
+enum LwStatus lw_priorities_message(const struct LwPriorities *problem,
+                                    char *buffer,
+                                    size_t room,
+                                    size_t *wanted);
+
+// Begins anew: no bounds, no levels, x = 0.
+enum LwStatus lw_priorities_begin(struct LwPriorities *problem);
+
+// A bound c x <= `most` (infinite: none) that all levels afterwards keep: `c` has `n` numbers. Give bounds before the first level.
+enum LwStatus lw_priorities_bound(struct LwPriorities *problem,
+                                  const double *c,
+                                  size_t n,
+                                  double most);
+
+// The next level: `A` (`rows` times n numbers, row after row) and `b` (`rows`), met in the sense of least squares as far as bounds and the levels before leave it. How far it is from being met, |A x - b|, into `residual`, and
+// how many directions of x are left for levels afterwards into `left` (NULL: not asked for). `LW_STATUS_SINGULAR` when bounds contradict each other or what levels before have settled: begin anew.
+enum LwStatus lw_priorities_level(struct LwPriorities *problem,
+                                  const double *A,
+                                  const double *b,
+                                  size_t rows,
+                                  double *residual,
+                                  size_t *left);
+
+// The unknowns that meet all levels until now as well as can be, into `x` (`n`).
+enum LwStatus lw_priorities_x(struct LwPriorities *problem, double *x, size_t n);
+
+// Moves `s` (`n` numbers) to the minimum of s N s / 2 - r s between `lower` and `upper`, from where it is: `normal` is N (n rows of n, row after row, symmetric with a positive diagonal), `right` r
+// (`n`). It ends after `most` sweeps, or when no number moves by more than `settled` in one; how many it took into `sweeps` (NULL: not asked for). Cost of a sweep: n^2. No handle has a message of it.
+enum LwStatus lw_bounded(const double *normal,
+                         const double *right,
+                         size_t n,
+                         double lower,
+                         double upper,
+                         size_t most,
+                         double settled,
+                         double *s,
+                         size_t *sweeps);
 
 #ifdef __cplusplus
 }  // extern "C"

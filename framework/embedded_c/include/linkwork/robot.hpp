@@ -72,13 +72,118 @@ struct Freed {
 
 }  // namespace detail
 
-// A goal of position alone, m, in the world.
-inline LwGoal position_goal(std::array<double, 3> p) {
-  return {{{p[0], p[1], p[2]}, {0, 0, 0, 1}}, {1, 1}, LW_GOAL_POSITION};
+namespace detail {
+
+inline void copy(std::array<double, 3> from, double (&to)[3]) {
+  for (std::size_t i = 0; i < 3; ++i) to[i] = from[i];
 }
 
+}  // namespace detail
+
 // A goal of position and orientation in the world.
-inline LwGoal pose_goal(const LwPose &pose) { return {pose, {1, 1}, LW_GOAL_POSITION | LW_GOAL_ORIENTATION}; }
+inline LwGoal pose_goal(const LwPose &pose) {
+  LwGoal goal{};
+  goal.pose = pose;
+  goal.weights[0] = goal.weights[1] = 1;
+  goal.parts = LW_GOAL_POSITION | LW_GOAL_ORIENTATION;
+  return goal;
+}
+
+// A goal of position alone, m, in the world.
+inline LwGoal position_goal(std::array<double, 3> p) {
+  LwGoal goal = pose_goal({{p[0], p[1], p[2]}, {0, 0, 0, 1}});
+  goal.parts = LW_GOAL_POSITION;
+  return goal;
+}
+
+// The same goal, of whose position the plane with this normal counts alone.
+inline LwGoal on_plane(LwGoal goal, std::array<double, 3> normal) {
+  detail::copy(normal, goal.direction);
+  goal.parts |= LW_GOAL_PLANE;
+  return goal;
+}
+// The same goal, of whose position the line along this direction counts alone.
+inline LwGoal on_line(LwGoal goal, std::array<double, 3> direction) {
+  detail::copy(direction, goal.direction);
+  goal.parts |= LW_GOAL_LINE;
+  return goal;
+}
+// The same goal with an axis of the tip along a direction, or within a cone about it, in place of its orientation.
+inline LwGoal axis_along(LwGoal goal, std::array<double, 3> axis, std::array<double, 3> direction, double within = 0) {
+  detail::copy(axis, goal.axis);
+  detail::copy(direction, goal.towards);
+  goal.within = within;
+  goal.parts = (goal.parts & ~std::uint32_t{LW_GOAL_ORIENTATION}) | LW_GOAL_AXIS;
+  return goal;
+}
+// The same goal with an axis of the tip that looks at a point, or within a cone about it, in place of its orientation.
+inline LwGoal axis_at(LwGoal goal, std::array<double, 3> axis, std::array<double, 3> point, double within = 0) {
+  detail::copy(axis, goal.axis);
+  detail::copy(point, goal.towards);
+  goal.within = within;
+  goal.parts = (goal.parts & ~std::uint32_t{LW_GOAL_ORIENTATION}) | LW_GOAL_LOOK_AT;
+  return goal;
+}
+
+// Near the middle of the limits, from so many starts.
+inline LwPrefer centred(std::size_t starts = 1) { return {1, 0, 1, starts, 400}; }
+// Far from singular configurations, from so many starts.
+inline LwPrefer manipulable(std::size_t starts = 1) { return {0, 1, 1, starts, 400}; }
+
+// Wishes: what is asked of rates or accelerations. Their weight is 1.
+inline LwWish tip_wish(std::uint32_t level, std::uint32_t part, std::array<double, 6> motion,
+                       std::uint32_t rows = LW_ROWS_ALL, double length = 1) {
+  LwWish wish{};
+  wish.kind = LW_WISH_TIP;
+  wish.level = level;
+  wish.weight = 1;
+  for (std::size_t i = 0; i < 6; ++i) wish.motion[i] = motion[i];
+  wish.length = length;
+  wish.part = part;
+  wish.rows = rows;
+  return wish;
+}
+inline LwWish center_wish(std::uint32_t level, std::array<double, 3> motion) {
+  LwWish wish = tip_wish(level, 0, {0, 0, 0, motion[0], motion[1], motion[2]});
+  wish.kind = LW_WISH_CENTER;
+  return wish;
+}
+// The numbers stay where they are: they have to be there during the call.
+inline LwWish posture_wish(std::uint32_t level, std::span<const double> posture) {
+  LwWish wish = tip_wish(level, 0, {});
+  wish.kind = LW_WISH_POSTURE;
+  wish.posture = posture.data();
+  wish.posture_count = posture.size();
+  return wish;
+}
+
+// Corners of the hull of touching points, counter-clockwise: where the centre of mass may be above them. Allocates.
+inline std::vector<std::array<double, 2>> support_polygon(std::vector<std::array<double, 2>> points) {
+  std::vector<std::array<double, 2>> hull(points.size() + 1);
+  std::size_t count = 0;
+  detail::check<LwRobot>(lw_support_polygon(points.empty() ? nullptr : points.front().data(), points.size(),
+                                            hull.front().data(), hull.size(), &count),
+                         nullptr, lw_robot_message);
+  hull.resize(count);
+  return hull;
+}
+// How far a place is inside such a polygon, m; negative outside.
+inline double support_margin(std::span<const std::array<double, 2>> hull, std::array<double, 2> p) {
+  double out = 0;
+  detail::check<LwRobot>(
+      lw_support_margin(hull.empty() ? nullptr : hull.front().data(), hull.size(), p.data(), &out), nullptr,
+      lw_robot_message);
+  return out;
+}
+
+// Where a robot is, and how it moves: at rest without rates. The numbers stay where they are.
+inline LwMotionState motion_state(std::span<const double> q, std::span<const double> v = {},
+                                  std::span<const double> vdot = {}) {
+  if (!v.empty() && !vdot.empty() && v.size() != vdot.size())
+    throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
+  return {q.data(), q.size(), v.empty() ? nullptr : v.data(), vdot.empty() ? nullptr : vdot.data(),
+          v.empty() ? vdot.size() : v.size()};
+}
 
 // The default effort of inverse kinematics.
 inline LwEffort default_effort() {
@@ -106,6 +211,18 @@ class Model {
   std::uint32_t object(const std::string &name) const { return find(lw_model_object, name); }
   std::uint32_t body(const std::string &name) const { return find(lw_model_body, name); }
   std::uint32_t collider(const std::string &name) const { return find(lw_model_collider, name); }
+
+  // Coordinates and degrees of freedom of an object's joints.
+  std::pair<std::size_t, std::size_t> object_sizes(std::uint32_t object) const {
+    std::pair<std::size_t, std::size_t> out;
+    check(lw_model_object_sizes(get(), object, &out.first, &out.second));
+    return out;
+  }
+  std::uint32_t object_body(std::uint32_t object, const std::string &name) const {
+    std::uint32_t out = 0;
+    check(lw_model_object_body(get(), object, name.c_str(), &out));
+    return out;
+  }
 
   std::string collider_name(std::uint32_t id) const {
     return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_collider_name(get(), id, b, n, w); });
@@ -212,6 +329,28 @@ class Builder {
                      double edge, const std::optional<LwPose> &at = std::nullopt) {
     return check(lw_builder_voxel_map(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, cells.data(), edge));
   }
+  Builder &hull(const std::string &name, const std::string &carrier, std::span<const std::array<double, 3>> points,
+                const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_hull(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, first(points), points.size()));
+  }
+  Builder &mesh(const std::string &name, const std::string &carrier, std::span<const std::array<double, 3>> vertices,
+                std::span<const std::array<std::uint32_t, 3>> triangles, const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_mesh(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, first(vertices),
+                                 vertices.size(), first(triangles), triangles.size()));
+  }
+  Builder &height_field(const std::string &name, const std::string &carrier, std::size_t x, std::size_t y,
+                        std::array<double, 2> spacing, std::span<const double> heights,
+                        const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_height_field(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, x, y,
+                                         spacing.data(), heights.data(), heights.size()));
+  }
+  // A coarse shape of a collider that was added before.
+  Builder &coarse(const std::string &name, const LwShape &shape) {
+    return check(lw_builder_coarse(get(), name.c_str(), &shape));
+  }
+  Builder &coarse_hull(const std::string &name, std::span<const std::array<double, 3>> points) {
+    return check(lw_builder_coarse_hull(get(), name.c_str(), first(points), points.size()));
+  }
   Builder &ignore(const std::string &a, const std::string &b) {
     return check(lw_builder_ignore(get(), a.c_str(), b.c_str()));
   }
@@ -225,6 +364,11 @@ class Builder {
   LwBuilder *get() const noexcept { return handle_.get(); }
 
  private:
+  template <class T, std::size_t N>
+  static const T *first(std::span<const std::array<T, N>> rows) {
+    return rows.empty() ? nullptr : rows.front().data();
+  }
+
   Builder &check(LwStatus status) {
     detail::check<LwBuilder>(status, get(), lw_builder_message);
     return *this;
@@ -233,7 +377,8 @@ class Builder {
   std::unique_ptr<LwBuilder, detail::Freed<lw_builder_free>> handle_;
 };
 
-// One instance of a model, for one thread at a time. After the constructor no call allocates (but clone, clearance and exceptions).
+// One instance of a model, for one thread at a time. After the constructor no call allocates but clone, clearance, distance, what returns a vector, first questions
+// about meshes and terrain, and exceptions.
 class Robot {
  public:
   explicit Robot(const Model &model) {
@@ -255,11 +400,26 @@ class Robot {
   void set_gravity(std::array<double, 3> g) { check(lw_robot_set_gravity(get(), g.data())); }
 
   LwPose tip_pose(std::uint32_t part) { return pose(lw_robot_tip_pose, part); }
+  LwPose base_pose(std::uint32_t part) { return pose(lw_robot_base_pose, part); }
   LwPose body_pose(std::uint32_t body) { return pose(lw_robot_body_pose, body); }
   LwPose object_pose(std::uint32_t object) { return pose(lw_robot_object_pose, object); }
   void jacobian(std::uint32_t part, std::span<double> J) { check(lw_robot_jacobian(get(), part, J.data(), J.size())); }
   void whole_jacobian(std::uint32_t part, std::span<double> J) {
     check(lw_robot_whole_jacobian(get(), part, J.data(), J.size()));
+  }
+
+  // `gradient`: over the chain's degrees of freedom, or none.
+  LwManipulability manipulability(std::uint32_t part, std::uint32_t rows = LW_ROWS_ALL, double length = 1,
+                                  std::span<double> gradient = {}) {
+    LwManipulability out;
+    check(lw_robot_manipulability(get(), part, rows, length, &out, gradient.data(), gradient.size()));
+    return out;
+  }
+  // What is missing, rad/s and m/s.
+  std::array<double, 2> rates(std::uint32_t part, std::array<double, 6> twist, std::span<double> v) {
+    std::array<double, 2> out;
+    check(lw_robot_rates(get(), part, twist.data(), v.data(), v.size(), out.data()));
+    return out;
   }
 
   LwAnswer reach(std::uint32_t part, const LwGoal &goal, std::span<double> q,
@@ -275,6 +435,12 @@ class Robot {
     std::size_t count = 0;
     check(lw_robot_reach_all(get(), part, held, &goal, q.data(), q.size(), out.data(), most, &count));
     out.resize(count * q.size());
+    return out;
+  }
+  LwBest reach_best(std::uint32_t part, const LwGoal &goal, const LwPrefer &prefer, std::span<double> q,
+                    const std::optional<LwEffort> &effort = std::nullopt) {
+    LwBest out;
+    check(lw_robot_reach_best(get(), part, &goal, &prefer, effort ? &*effort : nullptr, q.data(), q.size(), &out));
     return out;
   }
   LwAnswer reach_on(std::uint32_t part, std::size_t kinematics, std::span<double> q) {
@@ -303,11 +469,64 @@ class Robot {
   void held_still(std::span<double> tau, std::span<const LwPush> pushes = {}) {
     check(lw_robot_held_still(get(), pushes.data(), pushes.size(), tau.data(), tau.size()));
   }
+  // `tips`: six numbers for each part.
+  void bias(std::span<const double> v, std::span<double> tau, std::span<const std::uint32_t> parts = {},
+            std::span<double> tips = {}) {
+    if (v.size() != tau.size() || tips.size() != 6 * parts.size())
+      throw Error(LW_STATUS_LENGTH, "`v` and `tau`, or `parts` and `tips`, do not fit\n  help: give nv numbers each, and six for each part");
+    check(lw_robot_bias(get(), v.data(), v.size(), parts.data(), parts.size(), tau.data(), tips.data()));
+  }
   void mass_matrix(std::span<double> M) { check(lw_robot_mass_matrix(get(), M.data(), M.size())); }
   // kg, and the centre in the world, m.
   std::pair<double, std::array<double, 3>> center_of_mass() {
     std::pair<double, std::array<double, 3>> out;
     check(lw_robot_center_of_mass(get(), &out.first, out.second.data()));
+    return out;
+  }
+
+  LwInertia composite_inertia(std::uint32_t body) {
+    LwInertia out;
+    check(lw_robot_composite_inertia(get(), body, &out));
+    return out;
+  }
+  // Angular, then linear, about the centre of mass.
+  std::array<double, 6> momentum(std::span<const double> v) {
+    std::array<double, 6> out;
+    check(lw_robot_momentum(get(), v.data(), v.size(), out.data()));
+    return out;
+  }
+  void centroidal_matrix(std::span<double> A) { check(lw_robot_centroidal_matrix(get(), A.data(), A.size())); }
+
+  LwHold hold(std::uint32_t object) {
+    LwHold out;
+    check(lw_robot_hold(get(), object, &out));
+    return out;
+  }
+  // Two hands on one object; wrenches are those of the first hand and of the second.
+  LwShared balance(std::uint32_t object, std::uint32_t balance, std::span<double> tau) {
+    LwShared out;
+    check(lw_robot_balance(get(), object, balance, tau.data(), tau.size(), &out));
+    return out;
+  }
+  std::array<LwWrench, 2> squeeze(std::uint32_t object, double force, std::span<double> tau) {
+    std::array<LwWrench, 2> out;
+    check(lw_robot_squeeze(get(), object, force, tau.data(), tau.size(), out.data()));
+    return out;
+  }
+  void exert(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, std::span<double> tau) {
+    check(lw_robot_exert(get(), object, wrenches.data(), tau.data(), tau.size()));
+  }
+  // weights: of the first hand, of the second, and of 1 N m against 1 N.
+  LwMoveSqueeze move_squeeze(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
+                             std::array<double, 3> weights) {
+    LwMoveSqueeze out;
+    check(lw_robot_move_squeeze(get(), object, wrenches.data(), weights.data(), &out));
+    return out;
+  }
+  LwGripped grip(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
+                 const std::array<LwFriction, 2> &friction) {
+    LwGripped out;
+    check(lw_robot_grip(get(), object, wrenches.data(), friction.data(), &out));
     return out;
   }
 
@@ -338,6 +557,50 @@ class Robot {
     check(lw_robot_clearance(get(), q.data(), q.size(), limit, &out));
     return out.found ? std::optional(out) : std::nullopt;
   }
+  std::optional<LwClosest> distance(std::span<const double> q, std::uint32_t a, std::uint32_t b) {
+    LwClosest out;
+    check(lw_robot_distance(get(), q.data(), q.size(), a, b, &out));
+    return out.found ? std::optional(out) : std::nullopt;
+  }
+  // All pairs that are looked at and within the limit; allocates.
+  std::vector<LwClosest> distances(std::span<const double> q, double limit) {
+    return list<LwClosest>([&](LwClosest *p, std::size_t room, std::size_t *count) {
+      return lw_robot_distances(get(), q.data(), q.size(), limit, p, room, count);
+    });
+  }
+  // All pairs that touch; allocates.
+  std::vector<LwPair> hits(std::span<const double> q) {
+    return list<LwPair>([&](LwPair *p, std::size_t room, std::size_t *count) {
+      return lw_robot_hits(get(), q.data(), q.size(), p, room, count);
+    });
+  }
+  LwPath path_free(std::span<const double> qa, std::span<const double> qb, double least = 1e-3,
+                   std::size_t pieces = SIZE_MAX) {
+    if (qa.size() != qb.size())
+      throw Error(LW_STATUS_LENGTH, "`qa` and `qb` differ in length\n  help: give nq numbers each");
+    LwPath out;
+    check(lw_robot_path_free(get(), qa.data(), qb.data(), qa.size(), least, pieces, &out));
+    return out;
+  }
+  LwPath path_free_on(std::size_t pieces = SIZE_MAX) {
+    LwPath out;
+    check(lw_robot_path_free_on(get(), pieces, &out));
+    return out;
+  }
+  void set_detail(std::uint32_t detail) { check(lw_robot_set_detail(get(), detail)); }
+  bool looks_at(std::uint32_t a, std::uint32_t b) {
+    bool out = false;
+    check(lw_robot_looks_at(get(), a, b, &out));
+    return out;
+  }
+  LwPose object_body_pose(std::uint32_t object, std::uint32_t body) {
+    LwPose out;
+    check(lw_robot_object_body_pose(get(), object, body, &out));
+    return out;
+  }
+  void mass_matrix_with(std::uint32_t object, std::span<double> M) {
+    check(lw_robot_mass_matrix_with(get(), object, M.data(), M.size()));
+  }
   void object_q(std::uint32_t object, std::span<double> q) {
     check(lw_robot_object_q(get(), object, q.data(), q.size()));
   }
@@ -357,16 +620,40 @@ class Robot {
   void free_cells(std::uint32_t map, std::span<const std::array<std::uint32_t, 3>> cells) {
     check(lw_robot_free_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
   }
+  bool cell(std::uint32_t map, std::array<std::uint32_t, 3> cell) {
+    bool out = false;
+    check(lw_robot_cell(get(), map, cell.data(), &out));
+    return out;
+  }
+  // Points of a cloud, or occupied cells of a map.
+  std::size_t count(std::uint32_t collider) {
+    std::size_t out = 0;
+    check(lw_robot_count(get(), collider, &out));
+    return out;
+  }
   void clear_cells(std::uint32_t map) { check(lw_robot_clear_cells(get(), map)); }
   void look_at(std::uint32_t a, std::uint32_t b) { check(lw_robot_look_at(get(), a, b)); }
   void allow(std::uint32_t a, std::uint32_t b) { check(lw_robot_allow(get(), a, b)); }
   void by_rule(std::uint32_t a, std::uint32_t b) { check(lw_robot_by_rule(get(), a, b)); }
 
   LwRobot *get() const noexcept { return handle_.get(); }
+  void check(LwStatus status) const { detail::check<LwRobot>(status, get(), lw_robot_message); }
 
  private:
   explicit Robot(LwRobot *owned) : handle_(owned) {}
-  void check(LwStatus status) const { detail::check<LwRobot>(status, get(), lw_robot_message); }
+
+  template <class T, class Call>
+  std::vector<T> list(Call &&call) {
+    std::vector<T> out;
+    std::size_t count = 0;
+    LwStatus status = call(nullptr, 0, &count);
+    if (status == LW_STATUS_NO_ROOM) {
+      out.resize(count);
+      status = call(out.data(), out.size(), &count);
+    }
+    check(status);
+    return out;
+  }
 
   LwPose pose(LwStatus (*call)(LwRobot *, std::uint32_t, LwPose *), std::uint32_t id) {
     LwPose out;
@@ -376,6 +663,249 @@ class Robot {
 
   std::unique_ptr<LwRobot, detail::Freed<lw_robot_free>> handle_;
 };
+
+// Memory for calls of the robots of one model, made once, for one thread at a time: what follows. Mistakes are told by the robot.
+
+// The operational space of tips: six rows for each, angular before linear.
+class TaskSpace {
+ public:
+  TaskSpace(Robot &robot, std::span<const std::uint32_t> parts) {
+    LwTaskSpace *out = nullptr;
+    robot.check(lw_task_space_new(robot.get(), parts.data(), parts.size(), &out));
+    handle_.reset(out);
+  }
+  void compliance(Robot &robot, std::span<double> out) {
+    robot.check(lw_task_space_compliance(robot.get(), get(), out.data(), out.size()));
+  }
+  void inertia(Robot &robot, std::span<double> out) {
+    robot.check(lw_task_space_inertia(robot.get(), get(), out.data(), out.size()));
+  }
+  void forces(Robot &robot, std::span<const double> v, std::span<const double> a, std::span<double> tau,
+              std::span<const double> rest = {}) {
+    same(v, tau, rest);
+    robot.check(lw_task_space_forces(robot.get(), get(), v.data(), v.size(), a.data(), a.size(),
+                                     rest.empty() ? nullptr : rest.data(), tau.data()));
+  }
+  void impedance(Robot &robot, std::span<const double> v, std::span<const LwImpedance> springs, std::span<double> tau,
+                 std::span<const double> rest = {}) {
+    same(v, tau, rest);
+    robot.check(lw_task_space_impedance(robot.get(), get(), v.data(), v.size(), springs.data(), springs.size(),
+                                        rest.empty() ? nullptr : rest.data(), tau.data()));
+  }
+  LwTaskSpace *get() const noexcept { return handle_.get(); }
+
+ private:
+  static void same(std::span<const double> v, std::span<double> tau, std::span<const double> rest) {
+    if (v.size() != tau.size() || (!rest.empty() && rest.size() != v.size()))
+      throw Error(LW_STATUS_LENGTH, "`v`, `tau` and `rest` differ in length\n  help: give nv numbers each");
+  }
+
+  std::unique_ptr<LwTaskSpace, detail::Freed<lw_task_space_free>> handle_;
+};
+
+// Rates for wishes in order of priority, away from limits and singular configurations.
+class RateControl {
+ public:
+  RateControl(Robot &robot, std::size_t wishes, std::size_t guards = 0) {
+    LwRateControl *out = nullptr;
+    robot.check(lw_rate_control_new(robot.get(), wishes, guards, &out));
+    handle_.reset(out);
+  }
+  // `residuals`: a number for each level, or none.
+  void solve(Robot &robot, std::span<const LwWish> wishes, double horizon, std::span<double> v,
+             std::span<const LwGuard> guards = {}, std::span<double> residuals = {}) {
+    robot.check(lw_rate_control_solve(robot.get(), get(), wishes.data(), wishes.size(), horizon, guards.data(),
+                                      guards.size(), v.data(), v.size(), residuals.data(), residuals.size()));
+  }
+  LwRateControl *get() const noexcept { return handle_.get(); }
+
+ private:
+  std::unique_ptr<LwRateControl, detail::Freed<lw_rate_control_free>> handle_;
+};
+
+// Forces for wishes in order of priority, with contacts that press and do not slip.
+class WholeBody {
+ public:
+  WholeBody(Robot &robot, std::size_t touches, std::size_t wishes) {
+    LwWholeBody *out = nullptr;
+    robot.check(lw_whole_body_new(robot.get(), touches, wishes, &out));
+    handle_.reset(out);
+  }
+  // `forces`: three numbers for each touch.
+  LwBalanced solve(Robot &robot, std::span<const double> v, std::span<const double> effort,
+                   std::span<const LwTouch> touches, std::span<const LwWish> wishes, std::span<double> tau,
+                   std::span<double> vdot, std::span<double> forces) {
+    if (v.size() != effort.size() || v.size() != tau.size() || v.size() != vdot.size())
+      throw Error(LW_STATUS_LENGTH, "`v`, `effort`, `tau` and `vdot` differ in length\n  help: give nv numbers each");
+    if (forces.size() != 3 * touches.size())
+      throw Error(LW_STATUS_LENGTH, "`forces` does not fit\n  help: give three numbers for each touch");
+    LwBalanced out;
+    robot.check(lw_whole_body_solve(robot.get(), get(), v.data(), effort.data(), v.size(), touches.data(),
+                                    touches.size(), wishes.data(), wishes.size(), tau.data(), vdot.data(),
+                                    forces.data(), &out));
+    return out;
+  }
+  LwWholeBody *get() const noexcept { return handle_.get(); }
+
+ private:
+  std::unique_ptr<LwWholeBody, detail::Freed<lw_whole_body_free>> handle_;
+};
+
+// States of an estimator and how well they are known, a step on.
+class Predictor {
+ public:
+  explicit Predictor(Robot &robot) {
+    LwPredictor *out = nullptr;
+    robot.check(lw_predictor_new(robot.get(), &out));
+    handle_.reset(out);
+  }
+  void step(Robot &robot, std::span<double> q, std::span<double> v, std::span<double> covariance,
+            std::span<const double> tau, std::span<const double> density, double step) {
+    if (v.size() != tau.size() || v.size() != density.size() || covariance.size() != 4 * v.size() * v.size())
+      throw Error(LW_STATUS_LENGTH, "`v`, `covariance`, `tau` and `density` do not fit\n  help: give nv, (2 nv)^2, nv and nv numbers");
+    robot.check(lw_predictor_step(robot.get(), get(), q.data(), q.size(), v.data(), v.size(), covariance.data(),
+                                  tau.data(), density.data(), step));
+  }
+  void transition(Robot &robot, std::span<double> F) {
+    robot.check(lw_predictor_transition(robot.get(), get(), F.data(), F.size()));
+  }
+  LwPredictor *get() const noexcept { return handle_.get(); }
+
+ private:
+  std::unique_ptr<LwPredictor, detail::Freed<lw_predictor_free>> handle_;
+};
+
+// Free ways of a chain.
+class Planner {
+ public:
+  Planner(Robot &robot, std::uint32_t part, std::size_t configurations) {
+    LwPlanner *out = nullptr;
+    robot.check(lw_planner_new(robot.get(), part, configurations, &out));
+    handle_.reset(out);
+  }
+  LwWay plan(Robot &robot, std::span<const double> start, std::span<const double> goal,
+             const std::optional<LwSearch> &search = std::nullopt, std::size_t places = SIZE_MAX) {
+    if (start.size() != goal.size())
+      throw Error(LW_STATUS_LENGTH, "`start` and `goal` differ in length\n  help: give nq numbers each");
+    LwWay out;
+    robot.check(lw_planner_plan(robot.get(), get(), start.data(), goal.data(), start.size(),
+                                search ? &*search : nullptr, places, &out));
+    return out;
+  }
+  LwWay go_on(Robot &robot, std::size_t places = SIZE_MAX) {
+    LwWay out;
+    robot.check(lw_planner_go_on(robot.get(), get(), places, &out));
+    return out;
+  }
+  // `way`: nq numbers for each of its rows.
+  void way(Robot &robot, std::span<double> way) {
+    robot.check(lw_planner_way(robot.get(), get(), way.data(), way.size()));
+  }
+  LwPlanner *get() const noexcept { return handle_.get(); }
+
+ private:
+  std::unique_ptr<LwPlanner, detail::Freed<lw_planner_free>> handle_;
+};
+
+// Times of ways.
+class Timing {
+ public:
+  Timing(Robot &robot, std::size_t configurations, std::size_t sections) {
+    LwTiming *out = nullptr;
+    robot.check(lw_timing_new(robot.get(), configurations, sections, &out));
+    handle_.reset(out);
+  }
+  LwTimed plan(Robot &robot, std::span<const double> way, const std::optional<LwMotionLimits> &limits = std::nullopt,
+               double round = 0) {
+    LwTimed out;
+    robot.check(
+        lw_timing_plan(robot.get(), get(), way.data(), way.size(), limits ? &*limits : nullptr, round, &out));
+    return out;
+  }
+  void at(Robot &robot, double time, std::span<double> q, std::span<double> v, std::span<double> vdot) {
+    if (v.size() != vdot.size())
+      throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
+    robot.check(lw_timing_at(robot.get(), get(), time, q.data(), q.size(), v.data(), vdot.data(), v.size()));
+  }
+  void place(Robot &robot, double part, std::span<double> q) {
+    robot.check(lw_timing_place(robot.get(), get(), part, q.data(), q.size()));
+  }
+  LwPath path_free(Robot &robot, double least = 1e-3) {
+    LwPath out;
+    robot.check(lw_timing_path_free(robot.get(), get(), least, &out));
+    return out;
+  }
+  LwTiming *get() const noexcept { return handle_.get(); }
+
+ private:
+  std::unique_ptr<LwTiming, detail::Freed<lw_timing_free>> handle_;
+};
+
+// From any state to any other within limits of jerk.
+class Transfer {
+ public:
+  explicit Transfer(Robot &robot) {
+    LwTransfer *out = nullptr;
+    robot.check(lw_transfer_new(robot.get(), &out));
+    handle_.reset(out);
+  }
+  LwTransferred plan(Robot &robot, const LwMotionState &from, const LwMotionState &to, const LwMotionLimits &limits) {
+    LwTransferred out;
+    robot.check(lw_transfer_plan(robot.get(), get(), &from, &to, &limits, &out));
+    return out;
+  }
+  void at(Robot &robot, double time, std::span<double> q, std::span<double> v, std::span<double> vdot) {
+    if (v.size() != vdot.size())
+      throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
+    robot.check(lw_transfer_at(robot.get(), get(), time, q.data(), q.size(), v.data(), vdot.data(), v.size()));
+  }
+  LwTransfer *get() const noexcept { return handle_.get(); }
+
+ private:
+  std::unique_ptr<LwTransfer, detail::Freed<lw_transfer_free>> handle_;
+};
+
+// Least squares in order of priority: unknowns x with bounds c x <= most, and levels A x = b, of which each takes nothing from those before.
+class Priorities {
+ public:
+  Priorities(std::size_t n, std::size_t rows, std::size_t bounds) : n_(n) {
+    LwPriorities *out = nullptr;
+    detail::check<LwPriorities>(lw_priorities_new(n, rows, bounds, &out), nullptr, lw_priorities_message);
+    handle_.reset(out);
+  }
+  void begin() { check(lw_priorities_begin(get())); }
+  void bound(std::span<const double> c, double most) {
+    check(lw_priorities_bound(get(), c.data(), c.size(), most));
+  }
+  // |A x - b|, and how many directions of x are left.
+  std::pair<double, std::size_t> level(std::span<const double> A, std::span<const double> b) {
+    if (A.size() != n_ * b.size())
+      throw Error(LW_STATUS_LENGTH, "`A` and `b` do not fit\n  help: give a row of unknowns for each number of `b`");
+    std::pair<double, std::size_t> out;
+    check(lw_priorities_level(get(), A.data(), b.data(), b.size(), &out.first, &out.second));
+    return out;
+  }
+  void x(std::span<double> x) { check(lw_priorities_x(get(), x.data(), x.size())); }
+  LwPriorities *get() const noexcept { return handle_.get(); }
+
+ private:
+  void check(LwStatus status) const { detail::check<LwPriorities>(status, get(), lw_priorities_message); }
+
+  std::size_t n_;
+  std::unique_ptr<LwPriorities, detail::Freed<lw_priorities_free>> handle_;
+};
+
+// The minimum of s N s / 2 - r s between two ends, from where s is; how many sweeps it took.
+inline std::size_t bounded(std::span<const double> normal, std::span<const double> right, double lower, double upper,
+                           std::span<double> s, std::size_t most = 200, double settled = 1e-12) {
+  if (right.size() != s.size() || normal.size() != s.size() * s.size())
+    throw Error(LW_STATUS_LENGTH, "`normal`, `right` and `s` do not fit\n  help: give n n, n and n numbers");
+  std::size_t sweeps = 0;
+  detail::check<LwRobot>(
+      lw_bounded(normal.data(), right.data(), s.size(), lower, upper, most, settled, s.data(), &sweeps), nullptr,
+      lw_robot_message);
+  return sweeps;
+}
 
 }  // namespace linkwork
 

@@ -1,0 +1,202 @@
+//! Momentum, composite inertias, forces of rates, predictions of estimators.
+
+use crate::edge::{self, Out, alone, disjoint, numbers, numbers_mut};
+use crate::robot::LwRobot;
+use crate::status::LwStatus;
+use crate::tool::{Tool, lend};
+use linkwork_embedded::spatial::Motion;
+use linkwork_embedded::{Known, Predictor, RobotError};
+
+/// The inertia of a rigid body.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LwInertia {
+    /// kg.
+    pub mass: f64,
+    /// From the origin to the centre of mass, m.
+    pub center: [f64; 3],
+    /// About the origin (not about the centre), row after row, kg m^2.
+    pub inertia: [f64; 9],
+}
+
+/// Memory of predictions. For robots of one model, and one call at a time.
+pub struct LwPredictor(Tool<Predictor>);
+
+/// The composite inertia of a body at the robot's q, into `out`: that of all that it carries and itself, with what is held, as if they were one; about the body's origin, world axes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_composite_inertia(
+    robot: *mut LwRobot,
+    body: u32,
+    out: *mut LwInertia,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let out = Out::new("out", out)?;
+            let id = r.model().multibody().body_ids().nth(body as usize);
+            let told = r.robot.composite_inertia(id.ok_or(RobotError::ForeignHandle)?);
+            let J = told.inertia();
+            let mut inertia = [0.0; 9];
+            for (k, x) in inertia.iter_mut().enumerate() {
+                *x = J[(k / 3, k % 3)];
+            }
+            out.set(LwInertia { mass: told.mass(), center: told.com().into(), inertia });
+            Ok(())
+        })
+    }
+}
+
+/// Momentum about the centre of mass at the robot's q and rates `v` (`n` = nv), with what is held, into `out` (6 numbers: angular, kg m^2/s, then linear, kg m/s; world axes).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_momentum(
+    robot: *mut LwRobot,
+    v: *const f64,
+    n: usize,
+    out: *mut f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let out = Out::new("out", out.cast::<[f64; 6]>())?;
+            let told = r.robot.momentum(numbers("v", v, n, r.model().nv())?)?;
+            let (a, l) = (told.moment, told.force);
+            out.set([a.x, a.y, a.z, l.x, l.y, l.z]);
+            Ok(())
+        })
+    }
+}
+
+/// The centroidal momentum matrix at the robot's q, with what is held, into `A` (6 rows of nv, row after row; `n` = 6 nv): rates to what `lw_robot_momentum` gives. Its last three rows,
+/// divided by the mass of `lw_robot_center_of_mass`, are the Jacobian of the centre of mass.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_centroidal_matrix(
+    robot: *mut LwRobot,
+    A: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let A = numbers_mut("A", A, n, 6 * r.model().nv())?;
+            Ok(r.robot.centroidal_matrix(A)?)
+        })
+    }
+}
+
+/// Forces of rates and gravity, into `tau`, at the robot's q and rates `v` (`n` = nv each), with what is held: what is left of the equations of motion without accelerations. Accelerations that the
+/// tips of `count` chains (at most as many as the model has parts) have while no rate changes into `tips` (6 numbers each: angular, rad/s^2, then linear, m/s^2, of the tip's origin, world axes).
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_bias(
+    robot: *mut LwRobot,
+    v: *const f64,
+    n: usize,
+    parts: *const u32,
+    count: usize,
+    tau: *mut f64,
+    tips: *mut f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let room = r.model().parts().len();
+            if count > room {
+                return Err(RobotError::NoRoom { what: "parts", wanted: count, room }.into());
+            }
+            disjoint(&[("v", v, n)], &[("tau", tau, n), ("tips", tips, 6 * count)])?;
+            let nv = r.model().nv();
+            let v = numbers("v", v, n, nv)?;
+            r.asked.clear();
+            for k in 0..count {
+                let part = r.part(edge::value("parts", parts.wrapping_add(k))?)?;
+                r.asked.push(part);
+            }
+            let tau = numbers_mut("tau", tau, n, nv)?;
+            let tips = numbers_mut("tips", tips, 6 * count, 6 * count)?;
+            let moved: &mut [Motion] = &mut r.moved[..count];
+            r.robot.bias(v, &r.asked, tau, moved)?;
+            for (to, a) in tips.chunks_exact_mut(6).zip(moved) {
+                to[..3].copy_from_slice(a.angular.as_slice());
+                to[3..].copy_from_slice(a.linear.as_slice());
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Memory of `lw_predictor_step`, into `out`; free it with `lw_predictor_free`. It serves every robot of the same model.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_predictor_new(
+    robot: *mut LwRobot,
+    out: *mut *mut LwPredictor,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let out = Out::new("out", out)?;
+            let tool = Tool::new(r, Predictor::new(&r.robot));
+            out.set(Box::into_raw(Box::new(LwPredictor(tool))));
+            Ok(())
+        })
+    }
+}
+
+/// Frees it; NULL is none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_predictor_free(predictor: *mut LwPredictor) {
+    // SAFETY: the caller's promises.
+    unsafe { edge::free(predictor) }
+}
+
+/// A state of an estimator goes on by `step` seconds, in place: `q` (`nq`), rates `v` (`nv`) and the `covariance` of their errors (2 nv rows of 2 nv, row after row: errors of q along v, then
+/// those of v), under the forces `tau` (`nv`) and white noise of these with the spectral densities `density` (`nv`; (N m)^2 s and N^2 s; not negative), with what is held and the robot's
+/// gravity. By the midpoint rule, of second order. The robot's own q does not matter. `LW_STATUS_SINGULAR` where a joint has nothing to move.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_predictor_step(
+    robot: *mut LwRobot,
+    predictor: *mut LwPredictor,
+    q: *mut f64,
+    nq: usize,
+    v: *mut f64,
+    nv: usize,
+    covariance: *mut f64,
+    tau: *const f64,
+    density: *const f64,
+    step: f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let mut memory = lend("predictor", predictor, |p| &p.0, r)?;
+            let (own_q, own_v) = (r.model().nq(), r.model().nv());
+            let size = nv.saturating_mul(nv).saturating_mul(4);
+            let written = [("q", q, nq), ("v", v, nv), ("covariance", covariance, size)];
+            disjoint(&[("tau", tau, nv), ("density", density, nv)], &written)?;
+            let q = numbers_mut("q", q, nq, own_q)?;
+            let v = numbers_mut("v", v, nv, own_v)?;
+            let covariance = numbers_mut("covariance", covariance, size, 4 * own_v * own_v)?;
+            let tau = numbers("tau", tau, nv, own_v)?;
+            let density = numbers("density", density, nv, own_v)?;
+            let state = Known { q, v, covariance };
+            Ok(r.robot.predict(&mut memory, state, tau, density, step)?)
+        })
+    }
+}
+
+/// How errors before the last step became errors after it, into `F` (2 nv rows of 2 nv, row after row; `n` = 4 nv nv): zero before the first one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_predictor_transition(
+    robot: *mut LwRobot,
+    predictor: *mut LwPredictor,
+    F: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let memory = lend("predictor", predictor, |p| &p.0, r)?;
+            let from = memory.transition();
+            numbers_mut("F", F, n, from.len())?.copy_from_slice(from);
+            Ok(())
+        })
+    }
+}

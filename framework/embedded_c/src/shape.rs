@@ -1,0 +1,130 @@
+//! Shapes of many points: hulls, meshes, terrain; and coarse shapes.
+
+use crate::builder::{Draft, LwBuilder, LwShape};
+use crate::edge::{LwPose, alone, numbers, text, value};
+use crate::status::{Fault, LwStatus};
+use linkwork_embedded::Shape;
+use linkwork_embedded::spatial::Vec3;
+use std::ffi::c_char;
+
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn points(what: &'static str, p: *const f64, n: usize) -> Result<Vec<Vec3>, Fault> {
+    // SAFETY: the caller has 3 `n` numbers.
+    let all = unsafe { numbers(what, p.cast::<[f64; 3]>(), n, n) }?;
+    Ok(all.iter().map(|p| Vec3::from(*p)).collect())
+}
+
+impl Draft {
+    /// The collider of a name gets a coarse shape beside its own.
+    fn coarse(&mut self, name: &str, shape: Shape) -> Result<(), Fault> {
+        let found = self.spec.colliders.iter_mut().find(|c| c.name == name);
+        let none = || {
+            let help = "add the collider before, by `lw_builder_shape` or `lw_builder_file_shapes`";
+            Fault::Unknown(format!("there is no collider `{name}`\n  help: {help}"))
+        };
+        found.ok_or_else(none)?.coarse = Some(shape);
+        Ok(())
+    }
+}
+
+/// The convex hull of `n` points (3 numbers each, m) that are not all in one plane. `at` and `carrier` as of `lw_builder_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_hull(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    carrier: *const c_char,
+    at: *const LwPose,
+    points: *const f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let points = self::points("points", points, n)?;
+            d.collider(name, carrier, at, Shape::ConvexHull { points })
+        })
+    }
+}
+
+/// A surface of triangles: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0, counter-clockwise seen from outside). Only its outside pushes; a
+/// hull is faster and better where it fits. Questions about it take memory until that has its size, yes and no, too. `at` and `carrier` as of `lw_builder_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_mesh(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    carrier: *const c_char,
+    at: *const LwPose,
+    vertices: *const f64,
+    vertex_count: usize,
+    triangles: *const u32,
+    triangle_count: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let vertices = points("vertices", vertices, vertex_count)?;
+            let triangles = triangles.cast::<[u32; 3]>();
+            let triangles = numbers("triangles", triangles, triangle_count, triangle_count)?;
+            let triangles = triangles.to_vec();
+            d.collider(name, carrier, at, Shape::Mesh { vertices, triangles })
+        })
+    }
+}
+
+/// Terrain: heights (z, m) of `x` by `y` points (at least 2 each) on a grid that is centred on the origin, `spacing` (2 numbers, m) apart along x and y, solid below without end. `heights`: `n` = x y numbers, the row
+/// of lowest y first; NaN where there is no ground. Memory as of `lw_builder_mesh`. `at` and `carrier` as of `lw_builder_shape`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_height_field(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    carrier: *const c_char,
+    at: *const LwPose,
+    x: usize,
+    y: usize,
+    spacing: *const f64,
+    heights: *const f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let spacing = value("spacing", spacing.cast::<[f64; 2]>())?;
+            let heights = numbers("heights", heights, n, x.saturating_mul(y))?.into();
+            d.collider(name, carrier, at, Shape::HeightField { x, y, spacing, heights })
+        })
+    }
+}
+
+/// Gives the collider of a name, added before, a coarse shape in the same frame, for `LW_DETAIL_COARSE`: simpler, and around its own.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_coarse(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    shape: *const LwShape,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let (name, shape) = (text("name", name)?, value("shape", shape)?.checked()?);
+            d.coarse(name, shape)
+        })
+    }
+}
+
+/// As `lw_builder_coarse`, with the convex hull of `n` points (3 numbers each, m) as the coarse shape.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_coarse_hull(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    points: *const f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let (name, points) = (text("name", name)?, self::points("points", points, n)?);
+            d.coarse(name, Shape::ConvexHull { points })
+        })
+    }
+}

@@ -1,0 +1,292 @@
+//! How tips move and push: manipulability, rates of one tip, operational space.
+
+use crate::edge::{self, LwPose, Out, alone, disjoint, motion, numbers, numbers_mut, value};
+use crate::robot::LwRobot;
+use crate::status::{Fault, LwStatus};
+use crate::tool::{Tool, lend};
+use linkwork_embedded::{Impedance, RobotError, Rows, TaskSpace};
+
+/// All six rows of a Jacobian; the angular ones times a length.
+pub const LW_ROWS_ALL: u32 = 0;
+/// The three linear rows.
+pub const LW_ROWS_LINEAR: u32 = 1;
+/// The three angular rows.
+pub const LW_ROWS_ANGULAR: u32 = 2;
+
+pub(crate) fn rows(rows: u32, length: f64) -> Result<Rows, Fault> {
+    match rows {
+        LW_ROWS_ALL => Ok(Rows::All { length }),
+        LW_ROWS_LINEAR => Ok(Rows::Linear),
+        LW_ROWS_ANGULAR => Ok(Rows::Angular),
+        value => Err(Fault::Choice { what: "rows", value, help: "one of LW_ROWS_.." }),
+    }
+}
+
+/// How well a tip moves and pushes at one configuration. For rates of length 1 the tip's speed along a unit vector u is at most
+/// 1 / sqrt(sum of (a_k . u / s_k)^2); for forces of the joints of length 1 its force is at most 1 / sqrt(sum of (a_k . u)^2 s_k^2), with the axes a_k and singular values s_k.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LwManipulability {
+    /// The product of the singular values; 0 at a singular configuration.
+    pub w: f64,
+    /// Greatest first; for three rows the last three are zero.
+    pub singular_values: [f64; 6],
+    /// Six rows of six, row after row: column k is the axis of singular value k over the rows chosen, angular ones first where there are six.
+    /// For three rows only the upper left 3 by 3 is used.
+    pub axes: [f64; 36],
+}
+
+/// A spring and a damper between a tip and where it should be.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LwImpedance {
+    /// Where the tip should be, in the world.
+    pub pose: LwPose,
+    /// How it should move there: angular (rad/s), linear (m/s), at its origin, world axes.
+    pub twist: [f64; 6],
+    /// And accelerate, rad/s^2 and m/s^2.
+    pub acceleration: [f64; 6],
+    /// About world x, y, z (N m/rad), along x, y, z (N/m); not negative.
+    pub stiffness: [f64; 6],
+    /// About and along the same (N m s/rad, N s/m); not negative.
+    pub damping: [f64; 6],
+}
+
+impl LwImpedance {
+    fn checked(&self) -> Result<Impedance, Fault> {
+        Ok(Impedance {
+            pose: self.pose.checked()?,
+            twist: motion("twist", &self.twist)?,
+            acceleration: motion("acceleration", &self.acceleration)?,
+            stiffness: self.stiffness,
+            damping: self.damping,
+        })
+    }
+}
+
+/// The operational space of some tips, with its memory. For robots of one model, and one call at a time.
+pub struct LwTaskSpace(Tool<Space>);
+
+struct Space {
+    space: TaskSpace,
+    tips: usize,
+    springs: Vec<Impedance>,
+}
+
+/// Where the base of a chain is in the world at the robot's q: the frame of goals with `LW_GOAL_IN_BASE`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_base_pose(
+    robot: *mut LwRobot,
+    part: u32,
+    out: *mut LwPose,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (out, part) = (Out::new("out", out)?, r.part(part)?);
+            out.set(r.robot.base_pose(part)?.into());
+            Ok(())
+        })
+    }
+}
+
+/// Manipulability of a chain at the robot's q, into `out`. `rows`: one of `LW_ROWS_..`; `length`: what 1 rad counts, m, where all six count (else it is not read). Its gradient over the
+/// chain's degrees of freedom into `gradient` (`n`: `lw_model_part_size`; NULL and 0: not asked for); zero where the measure is zero.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_manipulability(
+    robot: *mut LwRobot,
+    part: u32,
+    rows: u32,
+    length: f64,
+    out: *mut LwManipulability,
+    gradient: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (out, part) = (Out::new("out", out)?, r.part(part)?);
+            let rows = self::rows(rows, length)?;
+            let wanted = r.model().dofs(part)?.len();
+            let asked = !gradient.is_null() || n > 0;
+            let own = if asked { wanted } else { 0 };
+            let gradient = numbers_mut("gradient", gradient, n, own)?;
+            let told = r.robot.manipulability(part, rows, asked.then_some(gradient))?;
+            let mut axes = [0.0; 36];
+            for (k, x) in axes.iter_mut().enumerate() {
+                *x = told.axes[(k / 6, k % 6)];
+            }
+            out.set(LwManipulability { w: told.w, singular_values: told.singular_values, axes });
+            Ok(())
+        })
+    }
+}
+
+/// Rates of a chain at the robot's q, into its places of `v` (`n` = nv; the others stay), for which its tip moves as nearly as it can by `twist` (6 numbers: angular, rad/s, then
+/// linear, m/s; at the tip's origin, world axes, seen from the chain's base): of all such rates the least, within limits of rate, and not outward at a limit of a coordinate. What is missing
+/// into `missing` (2 numbers, rad/s and m/s; NULL: not asked for). For several wishes, and guards, see `lw_rate_control_solve`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_rates(
+    robot: *mut LwRobot,
+    part: u32,
+    twist: *const f64,
+    v: *mut f64,
+    n: usize,
+    missing: *mut f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let part = r.part(part)?;
+            let twist = motion("twist", &value("twist", twist.cast::<[f64; 6]>())?)?;
+            let missing = missing.cast::<[f64; 2]>();
+            let missing =
+                if missing.is_null() { None } else { Some(Out::new("missing", missing)?) };
+            let v = numbers_mut("v", v, n, r.model().nv())?;
+            let left = r.robot.rates(part, &twist, v)?;
+            if let Some(missing) = missing {
+                missing.set([left.orientation, left.position]);
+            }
+            Ok(())
+        })
+    }
+}
+
+/// The operational space of the tips of chains (`count` of them, at least one), in this order, into `out`; free it with `lw_task_space_free`. It serves every robot of the same model. Its rows are
+/// six for each tip: angular, then linear, of the tip's origin, world axes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_task_space_new(
+    robot: *mut LwRobot,
+    parts: *const u32,
+    count: usize,
+    out: *mut *mut LwTaskSpace,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let out = Out::new("out", out)?;
+            let parts = numbers("parts", parts, count, count)?;
+            let parts = parts.iter().map(|p| r.part(*p)).collect::<Result<Vec<_>, _>>()?;
+            let space = TaskSpace::new(&r.robot, &parts)?;
+            let springs = Vec::with_capacity(count);
+            let tool = Tool::new(r, Space { space, tips: count, springs });
+            out.set(Box::into_raw(Box::new(LwTaskSpace(tool))));
+            Ok(())
+        })
+    }
+}
+
+/// Frees an operational space; NULL is none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_task_space_free(space: *mut LwTaskSpace) {
+    // SAFETY: the caller's promises.
+    unsafe { edge::free(space) }
+}
+
+/// The inverse of the task inertia at the robot's q with what is held, into `out` (rows times rows, row after row; `n` = their product): accelerations of the tips for unit wrenches on
+/// them. `LW_STATUS_SINGULAR` when a coordinate has nothing to move.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_task_space_compliance(
+    robot: *mut LwRobot,
+    space: *mut LwTaskSpace,
+    out: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let mut space = lend("space", space, |s| &s.0, r)?;
+            let rows = space.space.rows();
+            let out = numbers_mut("out", out, n, rows * rows)?;
+            out.copy_from_slice(space.space.compliance(&mut r.robot)?);
+            Ok(())
+        })
+    }
+}
+
+/// The task inertia at the robot's q with what is held, into `out` as of `lw_task_space_compliance`: kg m^2 and kg. `LW_STATUS_SINGULAR` also where the tips cannot move independently.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_task_space_inertia(
+    robot: *mut LwRobot,
+    space: *mut LwTaskSpace,
+    out: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let mut space = lend("space", space, |s| &s.0, r)?;
+            let rows = space.space.rows();
+            let out = numbers_mut("out", out, n, rows * rows)?;
+            Ok(space.space.inertia(&mut r.robot, out)?)
+        })
+    }
+}
+
+/// Forces, into `tau` (`n` = nv), at the robot's q and rates `v` (`n`) that give the tips the accelerations `a` (`rows` numbers: six for each tip, rad/s^2 and m/s^2), gravity and what is
+/// held counted, while `rest` (`n`; NULL: none) acts as far as it moves no tip. `LW_STATUS_SINGULAR` where the tips cannot move independently.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_task_space_forces(
+    robot: *mut LwRobot,
+    space: *mut LwTaskSpace,
+    v: *const f64,
+    n: usize,
+    a: *const f64,
+    rows: usize,
+    rest: *const f64,
+    tau: *mut f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let mut space = lend("space", space, |s| &s.0, r)?;
+            let rest_n = if rest.is_null() { 0 } else { n };
+            disjoint(&[("v", v, n), ("a", a, rows), ("rest", rest, rest_n)], &[("tau", tau, n)])?;
+            let nv = r.model().nv();
+            let v = numbers("v", v, n, nv)?;
+            let a = numbers("a", a, rows, space.space.rows())?;
+            let own = numbers("rest", rest, rest_n, rest_n)?;
+            let tau = numbers_mut("tau", tau, n, nv)?;
+            let rest = (!rest.is_null()).then_some(own);
+            Ok(space.space.forces(&mut r.robot, v, a, rest, tau)?)
+        })
+    }
+}
+
+/// Forces, into `tau` (`n` = nv), at the robot's q and rates `v` (`n`) that make each tip a spring and damper to where it should be: `count` springs, one for each tip in the order of the parts.
+/// `rest` and `LW_STATUS_SINGULAR` as of `lw_task_space_forces`. The inertia that is felt is that of the tips: no force is measured.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_task_space_impedance(
+    robot: *mut LwRobot,
+    space: *mut LwTaskSpace,
+    v: *const f64,
+    n: usize,
+    springs: *const LwImpedance,
+    count: usize,
+    rest: *const f64,
+    tau: *mut f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let mut space = lend("space", space, |s| &s.0, r)?;
+            let rest_n = if rest.is_null() { 0 } else { n };
+            disjoint(&[("v", v, n), ("rest", rest, rest_n)], &[("tau", tau, n)])?;
+            let nv = r.model().nv();
+            let v = numbers("v", v, n, nv)?;
+            let Space { space, tips, springs: own } = &mut *space;
+            if count != *tips {
+                let (what, wanted) = ("springs", *tips);
+                return Err(RobotError::Length { what, got: count, wanted }.into());
+            }
+            own.clear();
+            for k in 0..count {
+                own.push(value("springs", springs.wrapping_add(k))?.checked()?);
+            }
+            let still = numbers("rest", rest, rest_n, rest_n)?;
+            let tau = numbers_mut("tau", tau, n, nv)?;
+            let rest = (!rest.is_null()).then_some(still);
+            Ok(space.impedance(&mut r.robot, v, own, rest, tau)?)
+        })
+    }
+}

@@ -1,0 +1,108 @@
+//! The calls of robot.hpp: each says what that of robot.h says, and none is missing.
+#![allow(clippy::unwrap_used)]
+
+mod support;
+
+use linkwork_robot::*;
+use std::path::PathBuf;
+use std::process::Command;
+use support::*;
+
+fn folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+#[test]
+fn calls_of_cpp_say_what_those_of_c_say() {
+    if Command::new("c++").arg("--version").output().is_err() {
+        assert!(std::env::var_os("CI").is_none(), "`c++` is missing");
+        println!("skipped: no `c++` is here");
+        return;
+    }
+    let test = std::env::current_exe().unwrap();
+    let library = test.parent().unwrap().join("liblinkwork_robot.a");
+    let scratch = tempfile::tempdir().unwrap();
+    let (program, file) = (scratch.path().join("calls"), scratch.path().join("two.urdf"));
+    std::fs::write(&file, urdf()).unwrap();
+    let built = Command::new("c++")
+        .args(["-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"])
+        .arg(folder().join("include"))
+        .arg(folder().join("tests/calls.cpp"))
+        .arg(library)
+        .args(["-lpthread", "-ldl", "-lm", "-o"])
+        .arg(&program)
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let ran = Command::new(&program).arg(&file).output().unwrap();
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    // The shapes are those that were meant.
+    let two = Two::new();
+    let mut wanted = Vec::new();
+    // SAFETY: handles of the library, arrays of the lengths given.
+    unsafe {
+        let mut all = vec![std::mem::zeroed::<LwClosest>(); 40];
+        for detail in [LW_DETAIL_FINE, LW_DETAIL_COARSE] {
+            assert_eq!(lw_robot_set_detail(two.r, detail), LwStatus::Ok);
+            let (out, mut count) = (all.as_mut_ptr(), 0);
+            let told = lw_robot_distances(two.r, Q.as_ptr(), 13, 0.6, out, 40, &mut count);
+            assert_eq!(told, LwStatus::Ok);
+            wanted.extend(all[..count].iter().map(|c| (c.a, c.b, c.distance.to_bits())));
+        }
+    }
+    let said = String::from_utf8(ran.stdout).unwrap();
+    let said = said.lines().map(|line| {
+        let [a, b, d] = line.split(' ').collect::<Vec<_>>()[..] else { panic!("{line}") };
+        (a.parse().unwrap(), b.parse().unwrap(), d.parse::<f64>().unwrap().to_bits())
+    });
+    assert_eq!(said.collect::<Vec<(u32, u32, u64)>>(), wanted);
+    assert!(wanted.len() > 4, "{wanted:?}");
+}
+
+/// Names of the functions in a text.
+fn names(text: &str) -> Vec<&str> {
+    let mut all: Vec<&str> = text
+        .match_indices("lw_")
+        .filter(|(at, _)| !text[..*at].ends_with(|c: char| c.is_alphanumeric() || c == '_'))
+        .map(|(at, _)| {
+            let rest = &text[at..];
+            let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_'));
+            &rest[..end.unwrap_or(rest.len())]
+        })
+        .collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+#[test]
+fn every_function_has_a_wrapper_and_tests() {
+    let read = |path: PathBuf| std::fs::read_to_string(path).unwrap();
+    let header = read(folder().join("include/linkwork/robot.h"));
+    // Declarations, not what comments name.
+    let code: Vec<&str> = header.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
+    let code = code.join("\n");
+    let functions = names(&code);
+    assert!(functions.len() > 100, "{}", functions.len());
+    // What the page names is there.
+    let page = read(folder().join("README.md"));
+    let named = names(&page);
+    assert!(named.len() > 60, "{}", named.len());
+    named.iter().for_each(|f| assert!(functions.contains(f), "README.md names {f}"));
+    let wrapper = read(folder().join("include/linkwork/robot.hpp"));
+    let wrapped = names(&wrapper);
+    let mut tests = String::new();
+    for file in std::fs::read_dir(folder().join("tests")).unwrap() {
+        let path = file.unwrap().path();
+        if path.extension().is_some_and(|e| e == "rs") {
+            tests += &read(path);
+        }
+    }
+    let tested = names(&tests);
+    for f in functions {
+        // The version is a text that needs no wrapper.
+        assert!(f == "lw_version" || wrapped.contains(&f), "{f} has no wrapper in robot.hpp");
+        // The words of codes are tested where they are.
+        assert!(tested.contains(&f) || f == "lw_status_text", "{f} has no test");
+    }
+}
