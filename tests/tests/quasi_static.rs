@@ -51,6 +51,25 @@ fn up_a_slope_it_slips_as_by_forces() {
     }
 }
 
+/// In ruts that it makes itself: those of the bogies run in the prints of those in front.
+#[test]
+fn in_ruts_it_slips_and_sinks_as_by_forces() {
+    let ruts = ["slope=12 deg", "Rover.Environment.ruts=on"];
+    let mut forces = scene("slope_slip", &[&ruts[..], &["step=2ms"]].concat());
+    let mut quasi = scene("slope_slip", &[&ruts[..], &QUASI_STATIC].concat());
+    run(&mut forces, 28.0);
+    run(&mut quasi, 28.0);
+    for (what, bound) in [("slip", 0.01), ("sinkage", 0.5e-3), ("rut", 0.5e-3)] {
+        let (a, b) = (wheels(&forces, what), wheels(&quasi, what));
+        println!("{what}: {a:.4?} {b:.4?}");
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() < bound, "{what}: {a} {b}");
+        }
+    }
+    // On fresh ground its slip is 0.31.
+    assert!(wheels(&quasi, "slip")[0] > 0.34 && wheels(&quasi, "rut")[4] > 5e-3);
+}
+
 /// Along the side of a hill it slides down as it does by forces.
 #[test]
 fn across_a_slope_it_crabs_downhill_as_by_forces() {
