@@ -224,9 +224,15 @@ fn every_assembly_is_right() {
             let mounted = ["wheel_drive", "wheel_idle", "steering_drive", "power_solar"];
             if mounted.iter().any(|m| path.file_stem().unwrap() == *m) {
                 said.code(2).tells(&["error: ", "help: "]);
-            } else if ["wheel_dynamics", "wheel_kinematics", "ruts_on", "ruts_scm"]
-                .iter()
-                .any(|m| path.file_stem().unwrap() == *m)
+            } else if [
+                "wheel_dynamics",
+                "wheel_kinematics",
+                "wheel_quasi_static",
+                "ruts_on",
+                "ruts_scm",
+            ]
+            .iter()
+            .any(|m| path.file_stem().unwrap() == *m)
             {
                 // A wheel needs ground, and so do ruts: the one thing that they say.
                 let said = said.code(2).tells(&["`: needs a terrain service", "help: "]);
