@@ -81,6 +81,18 @@ impl Poly {
         p
     }
 
+    /// With the memory of a triangle, and none of its corners yet: see [`set_triangle`](Self::set_triangle).
+    pub(crate) fn of_triangle() -> Self {
+        Self {
+            vertices: Vec::with_capacity(3),
+            names: Vec::with_capacity(3),
+            faces: Vec::with_capacity(1),
+            ring: Vec::with_capacity(3),
+            edges: Vec::with_capacity(3),
+            ..Self::default()
+        }
+    }
+
     /// Makes this the triangle of these corners and names, with unit normal `n`.
     pub(crate) fn set_triangle(&mut self, v: &[Vec3; 3], names: &[u64; 3], n: Vec3) {
         for list in [&mut self.vertices, &mut self.edges] {

@@ -15,7 +15,7 @@ use crate::core::{Core, Corner, Placed, Poly, edge_name, mix};
 use crate::edges::deepest;
 use crate::polish::polish;
 use crate::surface::Facet;
-use linkwork_multibody::spatial::{Pose, Vec3};
+use linkwork_multibody::spatial::{Pose, Quat, Vec3};
 use parry3d_f64::query::epa::EPA;
 use parry3d_f64::query::gjk::VoronoiSimplex;
 
@@ -83,22 +83,75 @@ pub(crate) struct Room {
 
 impl Default for Room {
     fn default() -> Self {
-        Self {
-            fa: Vec::with_capacity(64),
-            fb: Vec::with_capacity(64),
-            cut: Vec::with_capacity(128),
-            next: Vec::with_capacity(128),
-            corners: Vec::with_capacity(64),
+        Self::new(&Most::default())
+    }
+}
+
+/// The greatest of what is looked at: how large memory has to be.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Most {
+    /// Corners of a face.
+    pub corners: usize,
+    /// Triangles of a surface.
+    pub triangles: usize,
+    /// Whether the depth of an overlap may have to be searched for.
+    pub searched: bool,
+}
+
+impl Room {
+    /// For faces and surfaces of this size. [`Want::Least`](crate::pairs::Want::Least) takes no more, whatever it meets.
+    pub fn new(most: &Most) -> Self {
+        let corners = most.corners.max(64);
+        let triangles = most.triangles.max(256);
+        // A plane adds one corner to what it clips, and with slack perhaps another.
+        let cut = 4 * corners;
+        let mut room = Self {
+            fa: Vec::with_capacity(corners),
+            fb: Vec::with_capacity(corners),
+            cut: Vec::with_capacity(cut),
+            next: Vec::with_capacity(cut),
+            corners: Vec::with_capacity(corners),
             simplex: VoronoiSimplex::new(),
             epa: EPA::new(),
-            points: Vec::with_capacity(256),
+            points: Vec::with_capacity(2 * cut),
             gathered: Vec::with_capacity(256),
-            kept: Vec::with_capacity(256),
-            triangle: Core::Poly(Poly::default()),
-            second: Core::Poly(Poly::default()),
+            kept: Vec::with_capacity(2 * cut),
+            triangle: Core::Poly(Poly::of_triangle()),
+            second: Core::Poly(Poly::of_triangle()),
             behind: 0.0,
-            list: Vec::with_capacity(256),
-            others: Vec::with_capacity(256),
+            list: Vec::with_capacity(triangles),
+            others: Vec::with_capacity(triangles),
+        };
+        if most.searched {
+            room.reserve_depth();
+        }
+        room
+    }
+
+    /// Gives the search for the least depth its memory, which grows with the faces that its steps (100 at most) make and doubles when it is full. Of all
+    /// pairs those take most that are turned about nearly the same axis; the fullest of 53 000 overlaps of many kinds fits into what these leave.
+    fn reserve_depth(&mut self) {
+        let (axle, disc) = (Core::Segment { h: 1.0 }, Core::Cylinder { r: 1.0, h: 0.05 });
+        let a = Placed::here(&axle);
+        for (turn, p) in [
+            (Vec3::new(1.7e-3, -1.4e-3, 2.7e-3), Vec3::new(-4.6e-4, 3.4e-4, 5.7e-4)),
+            (Vec3::new(-2.2e-4, 1.9e-3, 2.8e-3), Vec3::new(3.7e-4, 6.0e-4, 5.7e-9)),
+            (Vec3::new(2.6e-3, 1.7e-5, 2.4e-3), Vec3::new(2.0e-4, 3.1e-4, -5.8e-4)),
+        ] {
+            let R = Quat::from_scaled_axis(turn).to_rotation_matrix().into_inner();
+            let b = Placed { core: &disc, R, p };
+            if let Nearest::Overlap(_) = axis::nearest(&a, &b, 0.0, &Vec3::x(), &mut self.simplex) {
+                axis::depth(&a, &b, &self.simplex, &mut self.epa);
+            }
+        }
+    }
+
+    /// Leaves the deepest of the points alone, the first of several.
+    pub fn deepest_alone(&mut self) {
+        let low = least(&self.points);
+        if let Some(best) = self.points.iter().find(|p| p.gap <= low).copied() {
+            self.points.clear();
+            self.points.push(best);
         }
     }
 }
@@ -425,5 +478,44 @@ fn clip(
             }
         }
         std::mem::swap(cut, next);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places of the axes of two cores relative to each other, from the same to any, and small ones, at which what is round takes most steps.
+    #[test]
+    fn the_depth_of_no_overlap_takes_more_memory() {
+        let mut room = Room::new(&Most { searched: true, ..Most::default() });
+        let cylinder = |r, h| Core::Cylinder { r, h };
+        let poly = |x, y, z| Core::Poly(Poly::cuboid(Vec3::new(x, y, z)));
+        let round = [cylinder(1.0, 0.9), cylinder(0.2, 1.5), cylinder(1.0, 0.05)];
+        let cores = round.into_iter().chain([Core::Segment { h: 1.0 }]);
+        let cores: Vec<_> = cores.chain([poly(1.0, 0.5, 0.1), poly(1.0, 1.0, 1.0)]).collect();
+        let mut seed = 1_u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 33) as f64 / f64::from(1 << 30) - 1.0
+        };
+        let mut overlaps = 0;
+        for k in 0..20_000 {
+            let small = [1.0, 1e-3, 0.03, 1e-6][k / 36 % 4];
+            let turn = Vec3::from_fn(|_, _| random()) * 3.0 * small;
+            let R = Quat::from_scaled_axis(turn).to_rotation_matrix().into_inner();
+            let p = Vec3::from_fn(|_, _| random()) * 0.7 * small;
+            let (a, b) = (Placed::here(&cores[k % 6]), Placed { core: &cores[k / 6 % 6], R, p });
+            let found = axis::nearest(&a, &b, 0.0, &Vec3::x(), &mut room.simplex);
+            if matches!(found, Nearest::Overlap(_)) {
+                overlaps += 1;
+                let Room { simplex, epa, .. } = &mut room;
+                let counted = allocation_counter::measure(|| {
+                    axis::depth(&a, &b, simplex, epa);
+                });
+                assert_eq!(counted.count_total, 0, "{k}: {counted:?}");
+            }
+        }
+        assert!(overlaps > 10_000, "{overlaps}");
     }
 }

@@ -79,13 +79,16 @@ fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, ask: &Ask, room: &mut Ro
                 let pb = X_AB.transform_point(&v);
                 if pb.z <= limit {
                     push_plane(pb, corner(2, name), room);
+                    keep_wanted(want, room);
                 }
             }
         }
         (Kind::Surface(s), Kind::Convex { core, .. }) => {
-            surface(s, &Placed::at(core, X_AB), limit, size, room);
+            surface(s, &Placed::at(core, X_AB), (limit, size, want), room);
         }
-        (Kind::Surface(s), Kind::Surface(t)) => surfaces(s, t, X_AB, limit, size, room),
+        (Kind::Surface(s), Kind::Surface(t)) => {
+            surfaces(s, t, X_AB, (limit, size, want), room);
+        }
         (Kind::Convex { core: a, .. }, Kind::Convex { core: b, .. }) => {
             two_cores(&Placed::here(a), &Placed::at(b, X_AB), limit, size, room);
         }
@@ -96,7 +99,7 @@ fn cores(a: &Solid, b: &Solid, X_AB: &Pose, limit: f64, ask: &Ask, room: &mut Ro
         }
         (Kind::Surface(s), Kind::Pieces(p)) => {
             let one = |b: &Placed, limit: f64, size: f64, room: &mut Room| {
-                surface(s, b, limit, size, room);
+                surface(s, b, (limit, size, want), room);
             };
             with_other(s.bounds(), p, X_AB, (limit, size, want), room, one);
         }
@@ -268,8 +271,20 @@ fn segments(
     push(ea[0].p + (ea[1].p - ea[0].p) * s, eb[0].p + (eb[1].p - eb[0].p) * t, instead, mix(5, 2));
 }
 
+/// Of the deepest point alone no more is kept: a question about it takes the memory of one triangle, however many there are.
+fn keep_wanted(want: Want, room: &mut Room) {
+    if want == Want::Least {
+        room.deepest_alone();
+    }
+}
+
 /// A surface and a core.
-pub(crate) fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut Room) {
+pub(crate) fn surface(
+    s: &Surface,
+    b: &Placed,
+    (limit, size, want): (f64, f64, Want),
+    room: &mut Room,
+) {
     let reach = |i: usize, sign: f64| {
         let d = Vec3::ith(i, sign);
         b.support(&d)[i] + sign * limit
@@ -286,6 +301,7 @@ pub(crate) fn surface(s: &Surface, b: &Placed, limit: f64, size: f64, room: &mut
     s.near_if(&lo, &hi, |cell| far(cell, b, limit), keep, &mut list);
     for i in &list {
         one_triangle(&Tile::new(s, *i), b, limit, size, room);
+        keep_wanted(want, room);
     }
     room.list = list;
     if room.points.is_empty() && s.is_terrain() {
@@ -326,7 +342,13 @@ fn sunk(s: &Surface, b: &Placed, limit: f64, room: &mut Room) {
 }
 
 /// Two surfaces: every triangle of the second as a thin solid.
-fn surfaces(s: &Surface, t: &Surface, X_AB: &Pose, limit: f64, size: f64, room: &mut Room) {
+fn surfaces(
+    s: &Surface,
+    t: &Surface,
+    X_AB: &Pose,
+    (limit, size, want): (f64, f64, Want),
+    room: &mut Room,
+) {
     let X_BA = X_AB.inverse();
     let (lo, hi) = s.bounds();
     let lo = lo.map(|x| x.max(-1e12));
@@ -342,7 +364,7 @@ fn surfaces(s: &Surface, t: &Surface, X_AB: &Pose, limit: f64, size: f64, room: 
         let Core::Poly(mut poly) = std::mem::replace(&mut room.second, Core::Point) else { break };
         t.facet(*i).write(&mut poly);
         let core = Core::Poly(poly);
-        surface(s, &Placed::at(&core, X_AB), limit, size, room);
+        surface(s, &Placed::at(&core, X_AB), (limit, size, want), room);
         room.second = core;
     }
     room.others = others;

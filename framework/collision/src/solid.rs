@@ -1,8 +1,10 @@
 //! From the user's shape to what queries use: a convex core with a radius, a half space, or a surface; or all that is wrong.
 
+use crate::axis::complete;
 use crate::convert::{from_parry, to_parry};
 use crate::core::{Core, Face, Poly};
 use crate::error::ShapeFault;
+use crate::manifold::Most;
 use crate::pieces::{Balls, Cells, Pieces};
 use crate::shape::Shape;
 use crate::surface::{Grid, Surface, Triangles};
@@ -20,6 +22,28 @@ pub(crate) enum Kind {
     Surface(Surface),
     /// Balls or cells.
     Pieces(Pieces),
+}
+
+impl Most {
+    /// Of these solids.
+    pub(crate) fn of<'a>(solids: impl Iterator<Item = &'a Solid>) -> Self {
+        let mut most = Self::default();
+        for solid in solids {
+            match &solid.kind {
+                Kind::Convex { core, .. } => {
+                    if let Core::Poly(p) = core {
+                        let longest = p.faces.iter().map(|f| f.len as usize).max();
+                        most.corners = most.corners.max(longest.unwrap_or(0));
+                    }
+                    // Of two others no product of edges is greater than that of the one with most with itself.
+                    most.searched |= !complete(core, core);
+                }
+                Kind::Surface(s) => most.triangles = most.triangles.max(s.count()),
+                Kind::HalfSpace | Kind::Pieces(_) => {}
+            }
+        }
+        most
+    }
 }
 
 /// A shape ready for queries.

@@ -101,6 +101,14 @@ impl Surface {
         matches!(self, Self::Grid(_))
     }
 
+    /// How many triangles there are, holes counted.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Self::Mesh(m) => m.triangles.len(),
+            Self::Grid(g) => 2 * (g.x - 1) * (g.y - 1),
+        }
+    }
+
     /// All vertices.
     pub(crate) fn vertices(&self) -> impl Iterator<Item = (u64, Vec3)> + '_ {
         let (mesh, grid) = match self {

@@ -199,3 +199,91 @@ fn distances_are_proven_from_both_sides() {
     println!("distances and ends, m: cylinders {:?}, others {:?}; {least}", worst[0], worst[1]);
     assert!(least > 20, "{least}");
 }
+
+/// Every question is the first of a probe of its own: memory is there at set-up, whatever is met. Surfaces of many triangles, a face of many corners, deep overlaps.
+#[test]
+fn no_question_allocates() {
+    let mut rng = Random(17);
+    let heights = |n: i32| (0..n * n).map(|i| 0.05 * (f64::from(i) * 0.7).sin()).collect();
+    let field = |n: i32| Shape::HeightField {
+        x: n as usize,
+        y: n as usize,
+        spacing: [2.0 / f64::from(n - 1); 2],
+        heights: heights(n),
+    };
+    let n = 300;
+    let rim = (0..n).map(|k| f64::from(k) * std::f64::consts::TAU / f64::from(n));
+    let disc = rim.flat_map(|t| [0.0, 0.3].map(|z| Vec3::new(0.6 * t.cos(), 0.6 * t.sin(), z)));
+    // A pleated sheet, most of whose triangles reach through anything that lies on it.
+    let w = 14;
+    let at = |i: u32| {
+        let x = |k: u32| f64::from(k) / 6.5 - 1.0;
+        Vec3::new(x(i % w), x(i / w), 0.2 * f64::from(i % w % 2))
+    };
+    let sheet = Shape::Mesh {
+        vertices: (0..w * w).map(at).collect(),
+        triangles: (0..(w - 1) * (w - 1))
+            .map(|c| c / (w - 1) * w + c % (w - 1))
+            .flat_map(|i| [[i, i + 1, i + w], [i + 1, i + w + 1, i + w]])
+            .collect(),
+    };
+    let mut shapes = support::convex_shapes();
+    shapes.extend([
+        Shape::ConvexHull { points: disc.collect() },
+        Shape::HalfSpace,
+        support::box_mesh(Vec3::new(0.4, 0.5, 0.3)),
+        sheet,
+        field(14),
+        Shape::PointCloud { points: vec![[0.0, 0.0, 0.0, 0.05], [0.3, 0.1, 0.2, 0.0]], room: 8 },
+        Shape::VoxelMap { cells: [8; 3], edge: 0.1, occupied: vec![[1, 2, 3], [4, 4, 4]] },
+    ]);
+    let bodies = support::free_bodies(2);
+    let [first, second] = ["a00", "a01"].map(|b| bodies.body(b));
+    let (mut out, mut all) = (Vec::with_capacity(4), Vec::with_capacity(4));
+    let mut hits = 0;
+    for (i, a) in shapes.iter().enumerate() {
+        for (j, b) in shapes.iter().enumerate().skip(i) {
+            let specs = vec![
+                ColliderSpec::new("a", "a00", a.clone()),
+                ColliderSpec::new("b", "a01", b.clone()),
+            ];
+            let colliders = Colliders::new(specs, Rules::default(), &bodies).unwrap();
+            let [ia, ib] = ["a", "b"].map(|n| colliders.find(n).unwrap());
+            let surface = |s: &Shape| matches!(s, Shape::Mesh { .. } | Shape::HeightField { .. });
+            // Every triangle of one against all of the other takes its time.
+            let both = surface(a) && surface(b);
+            for k in 0..if both { 2 } else { 8 } {
+                let poses = match k {
+                    0 => [Pose::identity(), Pose::translation(1e-3, 2e-3, 0.1)],
+                    _ => [rng.pose(0.3), rng.pose(0.3)],
+                };
+                let place = |probe: &mut Probe| {
+                    probe.place(&colliders, |of| {
+                        let which = [first, second].iter().position(|b| *b == of);
+                        which.map_or(Pose::identity(), |w| poses[w])
+                    });
+                };
+                let ask = |what: &str, question: &mut dyn FnMut(&mut Probe)| {
+                    let mut probe = Probe::new(&colliders);
+                    place(&mut probe);
+                    let counted = allocation_counter::measure(|| question(&mut probe));
+                    let message = format!("{what} of {i} and {j}, {k}: {counted:?}");
+                    assert_eq!(counted.count_total, 0, "{message}");
+                };
+                ask("yes or no", &mut |p| {
+                    hits += usize::from(p.first_hit(&colliders).is_some());
+                });
+                ask("hits", &mut |p| p.hits(&colliders, &mut out));
+                let limit = if both { 0.01 } else { f64::INFINITY };
+                ask("nearest", &mut |p| {
+                    p.closest(&colliders, limit);
+                });
+                ask("distances", &mut |p| p.distances(&colliders, limit, &mut all));
+                ask("distance", &mut |p| {
+                    p.distance(&colliders, ia, ib, limit);
+                });
+            }
+        }
+    }
+    assert!(hits > 300, "{hits}");
+}

@@ -6,7 +6,7 @@
 //! Robot        one instance: its q, what it holds, all its memory     Send; a clone is independent
 //! ```
 //! Names are looked up once, at the model; the handles ([`Part`], [`Object`]) are `Copy`. After [`Robot::new`]
-//! no call allocates, errors included (distances of shapes, and first questions about meshes and terrain, apart: see [`Robot::clearance`]), and none depends on what the instance did before: the same
+//! no call allocates, errors included (lists that are too short for an answer apart), and none depends on what the instance did before: the same
 //! inputs give the same bits. There is no clock, no thread and no log inside.
 //!
 //! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. Obstacles are shapes, or what sensors see while the

@@ -153,6 +153,13 @@ fn bad_guards_and_wishes_are_refused() {
     let far = Wish::new(0, Aim::Posture(&[1.0; 7]));
     control.solve(&mut robot, &[far], &NO_GUARD, &mut v, &mut left).unwrap();
     assert!((v[2] + 2.0).abs() < 1e-9, "{v:?}: −0.2/0.1 s");
+    // However far it is, at its full rate; below as above.
+    for (q2, back) in [(2.9, -3.0), (40.0, -3.0), (-40.0, 3.0)] {
+        q[2] = q2;
+        robot.set_q(&q).unwrap();
+        control.solve(&mut robot, &[far], &NO_GUARD, &mut v, &mut left).unwrap();
+        assert!((v[2] - back).abs() < 1e-9, "{v:?}: {back} rad/s from {q2}");
+    }
 }
 
 /// What is felt at the tip: at rest, forces of the spring alone; their work is that of its energy; the tip's acceleration is Λ⁻¹ (K e + D ė).

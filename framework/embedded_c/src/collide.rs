@@ -105,8 +105,7 @@ pub unsafe extern "C" fn lw_robot_collides(
     }
 }
 
-/// The nearest pair of colliders that meet at `q` (`n` = nq), within `limit` (m, may be infinite), into `out`. Takes memory until that of contact points
-/// has its size, and where cylinders overlap.
+/// The nearest pair of colliders that meet at `q` (`n` = nq), within `limit` (m, may be infinite), into `out`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_clearance(
     robot: *mut LwRobot,
@@ -128,7 +127,7 @@ pub unsafe extern "C" fn lw_robot_clearance(
 }
 
 /// The distance of two colliders at `q` (`n` = nq), whether they meet, and are shown, or not, with the nearest points, into `out`; padding counted. Not `found` where one is a cloud or a map with nothing in it, or
-/// both have no end. Takes memory as `lw_robot_clearance` does.
+/// both have no end.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_distance(
     robot: *mut LwRobot,
@@ -152,7 +151,7 @@ pub unsafe extern "C" fn lw_robot_distance(
 }
 
 /// The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (`n` = nq), in the order of colliders, into `out`, and how many there are into `count`. Where they are more
-/// than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written. Takes memory until that of pairs has its size, and as `lw_robot_clearance` does.
+/// than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written. Takes memory until that of pairs has its size.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_distances(
     robot: *mut LwRobot,

@@ -6,8 +6,8 @@ use crate::constraints::CLOSED;
 use crate::contact::{Collider, chosen};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
-use crate::mechanism::Mechanism;
-use linkwork_collision::{ColliderId, Distance, Occupancy};
+use crate::mechanism::{Mechanism, choice};
+use linkwork_collision::{ColliderId, Detail, Distance, Occupancy};
 use linkwork_embedded::{ModelSpec, Path, PathProgress, Robot, RobotError, RobotModel, Visibility};
 use linkwork_multibody::{Builder, ConstraintId};
 use linkwork_runtime::remedy;
@@ -332,6 +332,46 @@ impl Collisions {
         let (a, b) = (self.id(a)?, self.id(b)?);
         let found = self.ask(|r| r.distance(q.slice(), a, b))?;
         found.map(|d| Ok((d.distance, ends(py, &d)?))).transpose()
+    }
+
+    /// The distances of all pairs that meet at q (nq,), within a limit (m): a list of what `clearance` gives of one, in the order of names. Its work grows with
+    /// the pairs; where the nearest alone is wanted, `clearance` is faster.
+    /// Raises LinkworkError for another length, for NaN and a limit that is NaN.
+    ///
+    /// >>> robot.show("seen")
+    /// >>> [(round(d, 3), pair) for d, pair, ends in robot.distances([0.0])]
+    /// [(0.74, ('rod', 'seen'))]
+    #[pyo3(signature = (q, limit=f64::INFINITY))]
+    fn distances<'py>(
+        &self,
+        py: Python<'py>,
+        q: Given<'_, 'py>,
+        limit: f64,
+    ) -> PyResult<Vec<(f64, Pair, Array2<'py>)>> {
+        let q = self.at(q, "q")?;
+        let mut out = Vec::new();
+        self.ask(|r| r.distances(q.slice(), limit, &mut out))?;
+        let told = |c: &linkwork_collision::Closest| {
+            Ok((c.distance.distance, self.names((c.a, c.b)), ends(py, &c.distance)?))
+        };
+        out.iter().map(told).collect()
+    }
+
+    /// Which shapes all questions are about from now on: "fine", as at first, or "coarse", those of `Collider.with_coarse`; where a collider has none, its fine shape.
+    /// Raises LinkworkError for another word.
+    ///
+    /// >>> rough = rod.with_coarse(linkwork.Collider.sphere("rough", "arm", 0.6, at=[0.5, 0, 0, 0, 0.5**0.5, 0, 0.5**0.5]))
+    /// >>> both = linkwork.Collisions(arm, [rough, linkwork.Collider.sphere("stone", "world", 0.1, at=[0.5, 0.5, 0])], neighbours="collide")
+    /// >>> both.set_detail("coarse")
+    /// >>> coarse = both.collides([0.0])
+    /// >>> both.set_detail("fine")
+    /// >>> coarse, both.collides([0.0])
+    /// (True, False)
+    fn set_detail(&self, detail: &str) -> PyResult<()> {
+        let known = [("fine", Detail::Fine), ("coarse", Detail::Coarse)];
+        let detail = choice("detail", detail, &known)?;
+        lock(&self.robot).set_detail(detail);
+        Ok(())
     }
 
     /// Whether the way from one configuration (nq,) to another is free, all coordinates moving in proportion: ("free", None, None), proven from end to end;

@@ -8,8 +8,8 @@ use crate::inverse_kinematics::{PORTION, Parts, place};
 use crate::mechanism::{Mechanism, choice};
 use crate::values::pairs;
 use linkwork_embedded::{
-    ClosedForm, Effort, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Rows, Search,
-    Way, formats,
+    ClosedForm, Effort, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Prefer, Rows,
+    Search, Way, formats,
 };
 use linkwork_multibody::BodyId;
 use linkwork_runtime::remedy;
@@ -330,6 +330,58 @@ impl Robot {
         let value = error.value(slf.py());
         value.setattr("q", q)?;
         value.setattr("residual", (p, R))?;
+        Err(error)
+    }
+
+    /// Of the configurations (nq,) in which the tip of a chain is where it is to be, within limits, the one that is liked best of those that `starts` searches find: (q, cost). The chain
+    /// alone moves, from q (nq,; None: the robot's own) and from other places, the same ones each time; each solution is improved along the null space to a local minimum of
+    ///
+    /// cost = centred ½ Σ ((q − middle)/(upper − lower))² − manipulable ln w,
+    ///
+    /// with the middle of the limits and w of `manipulability(part, length=length)`. at and in_base: as of `inverse_kinematics`. improve: evaluations of
+    /// the kinematics for each solution, at most. Raises LinkworkError where no start led there, its attribute `q` the configuration that came of the last one, and for weights that are negative or both zero.
+    ///
+    /// >>> first = robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
+    /// >>> best, cost = robot.inverse_kinematics_best("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3], starts=8)
+    /// >>> bool(cost <= 0.5 * ((first / 6) ** 2).sum())     # limits of −3 … 3 rad
+    /// True
+    #[pyo3(signature = (part, at, q=None, *, centred=1.0, manipulable=0.0, length=1.0, starts=8, improve=400, in_base=false))]
+    #[allow(clippy::too_many_arguments)]
+    fn inverse_kinematics_best<'py>(
+        slf: &Bound<'py, Self>,
+        part: &str,
+        at: Given<'_, 'py>,
+        q: Option<Given<'_, 'py>>,
+        centred: f64,
+        manipulable: f64,
+        length: f64,
+        starts: usize,
+        improve: usize,
+        in_base: bool,
+    ) -> PyResult<(Array1<'py>, f64)> {
+        let (own, name) = (base(slf), part);
+        let part = own.part(name)?;
+        let (position, orientation) = place(at, "at")?;
+        let any = Goal::pose(linkwork_spatial::Pose::identity());
+        let goal = Goal { position, orientation, in_base, ..any };
+        for (what, count) in [("starts", starts), ("improve", improve)] {
+            if !(1..=10_000).contains(&count) {
+                let fact = format!("`{what}` is {count}");
+                return Err(refuse_with(fact, "give a number from 1 to 10000"));
+            }
+        }
+        let prefer = Prefer { centred, manipulable, length, starts, steps: improve };
+        let mut q = own.q_or_own(q)?;
+        let mut robot = lock(&own.robot).clone();
+        let search = || robot.reach_best(part, &goal, &prefer, &Effort::default(), &mut q);
+        let best = slf.py().detach(search).map_err(refuse)?;
+        let q = out1(slf.py(), q);
+        if best.outcome == Outcome::Met {
+            return Ok((q, best.cost));
+        }
+        let fact = format!("none of {starts} starts brings the tip of `{name}` there");
+        let error = refuse_with(fact, "give more `starts`, another q, or ask for less");
+        error.value(slf.py()).setattr("q", q)?;
         Err(error)
     }
 

@@ -1,5 +1,8 @@
 """What the tests share: the source tree, the reference robots, random mechanisms."""
 
+import contextlib
+import doctest
+import inspect
 import json
 import os
 import signal
@@ -140,3 +143,44 @@ def off(a, b):
     if a.shape != b.shape or not np.all(np.isfinite(a - b)):
         return np.inf
     return float(np.max(np.abs(a - b), initial=0.0) / max(np.max(np.abs(b), initial=0.0), 1e-300))
+
+
+#: Classes of which an object needs a run in another process; `test_docstrings.py` and the tests of `attach` make them.
+ELSEWHERE = {"Attached"}
+
+
+def exported_classes():
+    """{name: class} of all classes that the package exports, errors apart."""
+    public = {name: getattr(lw, name) for name in lw.__all__}
+    return {n: c for n, c in public.items() if inspect.isclass(c) and not issubclass(c, BaseException)}
+
+
+def exported_objects(folder):
+    """{name: object} of every class of `exported_classes` but `ELSEWHERE`, made by the example in its docstring. Files are found and written in `folder`."""
+    found = {}
+    for name in ("sims", "assemblies"):
+        if not (folder / name).exists():
+            (folder / name).symlink_to(SOURCE / name)
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        for name, cls in exported_classes().items():
+            if name not in ELSEWHERE:
+                found[name] = made_by_example(name, cls)
+    finally:
+        os.chdir(before)
+    return found
+
+
+def made_by_example(name, cls):
+    """An object of a class: a name or a value in the example of its docstring."""
+    space, values = {"linkwork": lw, "np": np}, []
+    for example in doctest.DocTestParser().get_examples(cls.__doc__ or ""):
+        with contextlib.suppress(lw.LinkworkError):
+            try:
+                values.append(eval(example.source, space))
+            except SyntaxError:
+                exec(example.source, space)
+    of = [x for x in [*space.values(), *values] if type(x) is cls]
+    assert of, f"the example of `{name}` makes no {name}"
+    return of[0]

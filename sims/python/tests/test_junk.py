@@ -7,7 +7,7 @@ import random
 
 import numpy as np
 import pytest
-from conftest import SOURCE, random_mechanism
+from conftest import ELSEWHERE, SOURCE, exported_classes, exported_objects, random_mechanism
 
 import linkwork as lw
 
@@ -42,33 +42,37 @@ def junk(m, r):
     return r.choice(r.choice(kinds))
 
 
-def objects(m):
+def objects(m, examples):
+    """Those of a random mechanism, often, and one of every class that the package exports."""
     q, v = m.random_q(1), m.random_v(1)
     frames = lw.Frames()
     frames.add_mechanism("m", m)
     o = m.operators(q)
     sim = lw.Simulation(PENDULUM)
-    return [m, m, m, m, m.state(q, v), o, o.H, o.Phi * o.M, m.edit(q, v), frames, sim, sim.log(["**"]), lw.Builder(), lw.Hinge.pin([0, 0, 1])]
+    return [m, m, m, m, m.state(q, v), o, o.H, o.Phi * o.M, m.edit(q, v), frames, sim, sim.log(["**"]), *examples.values()]
 
 
 # What runs for as long as it is told to, or writes where it is told to.
-LONG = {"simulate", "run_until", "step", "run", "save", "record", "resume"}
+LONG = {"simulate", "run_until", "step", "run", "save", "record", "resume", "execute"}
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_any_call_gives_a_value_or_an_exception(seed):
+def test_any_call_gives_a_value_or_an_exception(seed, tmp_path):
     r = random.Random(seed)
     m = random_mechanism(seed, bodies=r.randrange(1, 6), floating=seed % 2 == 0, prescribed=seed % 3 == 0)
     values = errors = 0
+    asked = set()
     with np.errstate(all="ignore"):
-        things = objects(m)
+        things = objects(m, exported_objects(tmp_path))
         for _ in range(1500):
             thing = r.choice(things)
             public = [n for n in dir(thing) if not n.startswith("_") and n not in LONG]
             special = [n for n in ("__getitem__", "__setitem__", "__contains__", "__mul__", "__matmul__", "__rmul__", "__add__", "__truediv__") if hasattr(thing, n)]
-            name = r.choice(public + special)
+            # Some have nothing but their text.
+            name = r.choice(public + special or ["__repr__"])
             try:
                 member = getattr(thing, name)
+                asked.add(type(thing).__name__)
                 if callable(member):
                     args = [junk(m, r) for _ in range(r.randrange(5))]
                     options = {"threads": r.choice([1, 2, 0, -1])} if r.random() < 0.1 else {}
@@ -83,6 +87,7 @@ def test_any_call_gives_a_value_or_an_exception(seed):
                 errors += 1
     # Both happen often, or the test tries nothing.
     assert values > 200 and errors > 200, (values, errors)
+    assert asked >= set(exported_classes()) - ELSEWHERE
 
 
 def damaged(good, r):

@@ -1,10 +1,13 @@
 """Calls keep no memory: 10⁵ of each leave the process as large as it was."""
 
 import gc
+import inspect
+import time
 
 import numpy as np
 import psutil
 import pytest
+from conftest import ELSEWHERE, exported_classes, exported_objects
 
 import linkwork as lw
 
@@ -124,3 +127,37 @@ def test_calls_keep_no_memory(name):
     grown = resident() - before
     # An array of one number more for each call would be 10 MB.
     assert grown < 2**20, f"{grown / CALLS:.1f} bytes a call"
+
+
+@pytest.mark.parametrize("name", sorted(set(exported_classes()) - ELSEWHERE))
+def test_what_an_object_tells_keeps_no_memory(name, tmp_path):
+    """Every class that the package exports: its text, its getters, and each of its methods where it refuses what it is given."""
+    thing = exported_objects(tmp_path)[name]
+    of = type(thing)
+    getters = [n for n in dir(of) if inspect.isgetsetdescriptor(getattr(of, n, None)) and not n.startswith("_")]
+    methods = [n for n in dir(of) if not n.startswith("_") and n not in getters and callable(getattr(of, n))]
+
+    def refused_by(method):
+        # No method takes nine of these.
+        with pytest.raises((TypeError, lw.LinkworkError)):
+            getattr(thing, method)(*[object()] * 9)
+
+    calls = {"repr": lambda: repr(thing)}
+    calls.update({n: lambda n=n: getattr(thing, n, None) for n in getters})
+    calls.update({n: lambda n=n: refused_by(n) for n in methods})
+    for what, call in calls.items():
+        try:
+            call()
+        except lw.LinkworkError:
+            continue
+        end, count = time.monotonic() + 0.2, 0
+        for _ in range(1000):
+            call()
+        gc.collect()
+        before = resident()
+        while time.monotonic() < end:
+            call()
+            count += 1
+        gc.collect()
+        grown = resident() - before
+        assert grown < 2**20, f"{name}.{what}: {grown / max(count, 1):.1f} bytes a call, {count} calls"

@@ -430,3 +430,88 @@ def test_a_prediction_is_the_midpoint_step_and_spreads_as_its_slopes_say():
     inverse = m.inverse_mass_matrix(q + h / 2 * v)
     assert np.allclose(noisy[2:, 2:], h * inverse @ np.diag([0.1, 0.2]) @ inverse, rtol=1e-12)
     assert (robot.q == 0).all()
+
+
+def three(**more):
+    """Three links in a plane, with shapes."""
+    links = lw.Builder()
+    for name, parent in [("upper", "world"), ("lower", "upper"), ("hand", "lower")]:
+        at = [0, 0, 0] if parent == "world" else [0.4, 0, 0]
+        hinge = lw.Hinge.pin([0, -1, 0]).limits(-3, 3, rate=2.0)
+        links = links.body(name, parent, hinge, mass=1, com=[0.2, 0, 0], inertia=np.eye(3) / 100, hinge_in_parent=at)
+    return lw.Robot(links.build(), chains={"arm": ("world", "hand")}, **more)
+
+
+def test_the_solution_that_is_liked_best():
+    robot = three(colliders=[])
+    at, q = [0.6, 0, 0.2], [0.3, 0.3, 0.3]
+    cost = lambda x: 0.5 * ((x / 6) ** 2).sum()  # noqa: E731
+    first = robot.inverse_kinematics("arm", at, q=q)
+    best, told = robot.inverse_kinematics_best("arm", at, q=q, starts=12)
+    assert told == pytest.approx(cost(best), rel=1e-9) and told <= cost(first)
+    # Nothing along the null space is better.
+    other = robot.copy()
+    other.q = best
+    assert np.abs(other.tip_pose("arm")[:3, 3] - at).max() < 1e-8
+    J = other.jacobian("arm")[[3, 5]]
+    along = np.linalg.svd(J)[2][-1]
+    assert abs(along @ best) / 36 < 1e-5
+    moves, w = robot.inverse_kinematics_best("arm", at, q=q, centred=0, manipulable=1, length=0.5)
+    other.q = moves
+    assert -np.log(other.manipulability("arm", length=0.5)[0]) == pytest.approx(w, rel=1e-6)
+    assert (robot.q == 0).all()
+    with pytest.raises(lw.LinkworkError, match="none of 3 starts") as e:
+        robot.inverse_kinematics_best("arm", [3.0, 0, 0], q=q, starts=3)
+    assert e.value.q.shape == (3,)
+    for wrong in ({"centred": -1.0}, {"centred": 0.0}, {"length": 0.0}, {"starts": 0}, {"improve": 10**6}, {"manipulable": np.nan}):
+        with pytest.raises(lw.LinkworkError):
+            robot.inverse_kinematics_best("arm", at, q=q, **wrong)
+
+
+def test_rates_of_a_tip():
+    robot = three(colliders=[])
+    robot.q = [0.3, 0.5, 0.4]
+    J = robot.jacobian("arm")
+    twist = J @ [0.1, -0.2, 0.3]
+    v, missing = robot.tip_rates("arm", twist)
+    assert np.abs(J @ v - twist).max() < 1e-9 and max(missing) < 1e-9
+    # What a plane does not have is missing; rates stay within their limits.
+    v, (linear, angular) = robot.tip_rates("arm", [0, 0, 0, 0, 0.2, 0])
+    assert linear == pytest.approx(0.2) and angular < 1e-9
+    v, (linear, _) = robot.tip_rates("arm", 50 * twist)
+    assert np.abs(v).max() <= 2.0 + 1e-12 and linear > 0.1
+    for wrong in (["leg", twist], ["arm", twist[:5]], ["arm", [np.nan] * 6]):
+        with pytest.raises(lw.LinkworkError):
+            robot.tip_rates(*wrong)
+
+
+def test_distances_of_all_pairs_and_coarse_shapes():
+    rod = lw.Collider.box("rod", "hand", [0.3, 0.05, 0.05], at=[0.2, 0, 0])
+    around = lw.Collider.sphere("around", "hand", 0.2, at=[0.2, 0, 0])
+    posts = [lw.Collider.sphere(f"post {k}", "world", 0.05, at=[1.0, 0, 0.15 + 0.1 * k]) for k in range(3)]
+    robot = three(colliders=[rod.with_coarse(around), *posts])
+    q = np.zeros(3)
+    every = robot.distances(q)
+    assert [pair for _, pair, _ in every] == [(f"post {k}", "rod") for k in range(3)]
+    for d, pair, ends in every:
+        one, points = robot.distance(q, *pair)
+        assert d == one and (ends == points).all()
+        assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(d)
+    nearest = robot.clearance(q)
+    assert nearest[0] == min(d for d, _, _ in every) == pytest.approx(0.075)
+    assert len(robot.distances(q, limit=0.1)) == 1 and robot.distances(q, limit=0.01) == []
+    assert rod.with_coarse(around).has_coarse and not rod.has_coarse
+    robot.set_detail("coarse")
+    assert robot.collides(q) and robot.copy().collides(q)
+    assert robot.clearance(q)[0] == pytest.approx(0.15 - 0.25)
+    robot.set_detail("fine")
+    assert not robot.collides(q)
+    with pytest.raises(lw.LinkworkError, match="detail"):
+        robot.set_detail("rough")
+    with pytest.raises(lw.LinkworkError, match="frames"):
+        rod.with_coarse(lw.Collider.sphere("elsewhere", "hand", 0.2))
+    for wrong in (q[:2], [np.nan, 0, 0]):
+        with pytest.raises(lw.LinkworkError):
+            robot.distances(wrong)
+    with pytest.raises(lw.LinkworkError):
+        robot.distances(q, limit=np.nan)

@@ -14,7 +14,7 @@ mod live;
 
 use crate::colliders::{ColliderId, Colliders};
 use crate::core::{Core, Placed};
-use crate::manifold::Room;
+use crate::manifold::{Most, Room};
 use crate::near::exact;
 use crate::pairs::close;
 use crate::pieces::{self, matrix};
@@ -37,8 +37,8 @@ impl Whereabouts {
     const NONE: f64 = f64::NEG_INFINITY;
 }
 
-/// Settings and memory of questions to one [`Colliders`]. After [`Probe::new`] yes and no allocate nothing, the caller's lists
-/// apart; distances, and all questions about meshes and height fields, do until the memory of contact points has its size, and where cylinders overlap.
+/// Settings and memory of questions to one [`Colliders`]. After [`Probe::new`] no question allocates anything, the caller's lists apart.
+/// Memory: 8 bytes for each triangle of the largest mesh or height field, and 0.5 MB where there are cylinders or hulls of many edges.
 pub struct Probe {
     detail: Detail,
     padding: Vec<f64>,
@@ -89,6 +89,11 @@ impl Probe {
             radius: Whereabouts::NONE,
         };
         let room = n * n.saturating_sub(1) / 2;
+        let solids = colliders
+            .items
+            .iter()
+            .flat_map(|i| [Detail::Fine, Detail::Coarse].map(|d| i.solid(d)))
+            .flatten();
         let live = |id: ColliderId| {
             let solid = colliders.items[id.index()].solid(Detail::Fine);
             let Kind::Pieces(p) = &solid?.kind else { return None };
@@ -113,7 +118,7 @@ impl Probe {
             lanes: std::array::from_fn(|_| vec![0.0; n]),
             close: vec![false; n],
             near: Vec::with_capacity(room),
-            room: Room::default(),
+            room: Room::new(&Most::of(solids)),
         };
         probe.refresh();
         probe

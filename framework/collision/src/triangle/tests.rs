@@ -4,7 +4,7 @@
 use super::{TOUCH, Tile, general, short};
 use crate::core::{Core, Placed};
 use crate::manifold::{Point, Room};
-use crate::pairs::surface;
+use crate::pairs::{Want, surface};
 use crate::shape::Shape;
 use crate::solid::{Kind, Solid};
 use crate::surface::Surface;
@@ -162,7 +162,7 @@ fn short_ways_agree_with_the_general_one() {
             general(t, &c.core, c.limit, c.size, room);
         }
         let theirs = std::mem::take(&mut room.points);
-        surface(c.surface, &c.core, c.limit, c.size, room);
+        surface(c.surface, &c.core, (c.limit, c.size, Want::All), room);
         cases += 1;
         let (Some(p), Some(q)) = (deepest(&room.points), deepest(&theirs)) else {
             // Where the general way has nothing, what is under the terrain is pushed up as a whole.

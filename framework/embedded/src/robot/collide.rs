@@ -96,8 +96,7 @@ impl Default for PathProgress {
 }
 
 impl Robot {
-    /// Whether two colliders that meet touch or overlap at `q` (nq), padding counted. The robot's own q does not matter; what hands hold goes with them. Meshes and height fields
-    /// allocate until the memory of contact points has its size.
+    /// Whether two colliders that meet touch or overlap at `q` (nq), padding counted. The robot's own q does not matter; what hands hold goes with them.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].
@@ -128,8 +127,7 @@ impl Robot {
         Ok(())
     }
 
-    /// The nearest pair that meets at `q` (nq), within `limit` (m, may be infinite): padding counted, negative when it overlaps. Allocates until the
-    /// memory of contact points has its size, and where cylinders overlap.
+    /// The nearest pair that meets at `q` (nq), within `limit` (m, may be infinite): padding counted, negative when it overlaps.
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for a limit that is NaN.
@@ -140,7 +138,7 @@ impl Robot {
     }
 
     /// The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (nq), by identifiers, into `out` (emptied first;
-    /// allocates when it is too short, and as [`clearance`](Self::clearance) does): padding counted, negative where they overlap. O(pairs): where the nearest is
+    /// allocates when it is too short): padding counted, negative where they overlap. O(pairs): where the nearest is
     /// all that is wanted, `clearance` leaves most of them out.
     ///
     /// # Errors

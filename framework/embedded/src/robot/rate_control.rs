@@ -65,8 +65,8 @@ impl RateControl {
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`];
-    /// [`RobotError::OutOfRange`] for a horizon or weight that is not above zero; [`RobotError::Singular`] when guards contradict each other (a coordinate far outside its limits that its
-    /// rate cannot bring back).
+    /// [`RobotError::OutOfRange`] for a horizon or weight that is not above zero; [`RobotError::Singular`] when guards contradict each other: what brings one chain back above its least manipulability takes that of
+    /// another below. Coordinates do not: one that is outside its limits, however far, comes back within the horizon or, where its rate is too low for that, at its full rate.
     pub fn solve(
         &mut self,
         robot: &mut Robot,
@@ -97,7 +97,7 @@ impl RateControl {
         self.problem.begin();
         self.guard(robot, guards)?;
         let (mut level, mut count) = (Robot::next_level(wishes, None), 0);
-        let help = "a coordinate is outside its limits: bring it back, or give a longer horizon";
+        let help = "guards of chains contradict each other: ask for less manipulability, or give a longer horizon";
         let failed = RobotError::Singular { what: "rates within all guards", help };
         if level.is_none() {
             self.problem.level(&[], &[]).map_err(|_| failed)?;

@@ -694,7 +694,7 @@ enum LwStatus lw_builder_hull(struct LwBuilder *builder,
                               size_t n);
 
 // A surface of triangles: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0, counter-clockwise seen from outside). Only its outside pushes; a
-// hull is faster and better where it fits. Questions about it take memory until that has its size, yes and no, too. `at` and `carrier` as of `lw_builder_shape`.
+// hull is faster and better where it fits. Every robot takes 8 bytes for each triangle of the largest. `at` and `carrier` as of `lw_builder_shape`.
 enum LwStatus lw_builder_mesh(struct LwBuilder *builder,
                               const char *name,
                               const char *carrier,
@@ -1231,8 +1231,7 @@ enum LwStatus lw_robot_collides(struct LwRobot *robot,
                                 bool *out,
                                 struct LwPair *pair);
 
-// The nearest pair of colliders that meet at `q` (`n` = nq), within `limit` (m, may be infinite), into `out`. Takes memory until that of contact points
-// has its size, and where cylinders overlap.
+// The nearest pair of colliders that meet at `q` (`n` = nq), within `limit` (m, may be infinite), into `out`.
 enum LwStatus lw_robot_clearance(struct LwRobot *robot,
                                  const double *q,
                                  size_t n,
@@ -1240,7 +1239,7 @@ enum LwStatus lw_robot_clearance(struct LwRobot *robot,
                                  struct LwClosest *out);
 
 // The distance of two colliders at `q` (`n` = nq), whether they meet, and are shown, or not, with the nearest points, into `out`; padding counted. Not `found` where one is a cloud or a map with nothing in it, or
-// both have no end. Takes memory as `lw_robot_clearance` does.
+// both have no end.
 enum LwStatus lw_robot_distance(struct LwRobot *robot,
                                 const double *q,
                                 size_t n,
@@ -1249,7 +1248,7 @@ enum LwStatus lw_robot_distance(struct LwRobot *robot,
                                 struct LwClosest *out);
 
 // The distances of all pairs that are looked at and within `limit` (m, may be infinite) at `q` (`n` = nq), in the order of colliders, into `out`, and how many there are into `count`. Where they are more
-// than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written. Takes memory until that of pairs has its size, and as `lw_robot_clearance` does.
+// than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written. Takes memory until that of pairs has its size.
 enum LwStatus lw_robot_distances(struct LwRobot *robot,
                                  const double *q,
                                  size_t n,

@@ -377,8 +377,7 @@ class Builder {
   std::unique_ptr<LwBuilder, detail::Freed<lw_builder_free>> handle_;
 };
 
-// One instance of a model, for one thread at a time. After the constructor no call allocates but clone, clearance, distance, what returns a vector, first questions
-// about meshes and terrain, and exceptions.
+// One instance of a model, for one thread at a time. After the constructor no call allocates but clone, what returns a vector, and exceptions.
 class Robot {
  public:
   explicit Robot(const Model &model) {

@@ -273,6 +273,28 @@ impl Collider {
     fn material_name(&self) -> Option<&str> {
         self.spec.material_name.as_deref()
     }
+    /// The same with a simpler shape, of another collider, for questions about coarse shapes (`Collisions.set_detail`): of that the shape alone counts, which has to be in the same frame,
+    /// `body` and `at`.
+    /// Raises LinkworkError for another frame.
+    ///
+    /// >>> linkwork.Collider.box("crate", "bob", [0.4, 0.2, 0.1]).with_coarse(linkwork.Collider.sphere("ball", "bob", 0.23)).has_coarse
+    /// True
+    fn with_coarse(&self, simpler: &Self) -> PyResult<Self> {
+        let (own, other) = (&self.spec, &simpler.spec);
+        if own.body != other.body || own.pose != other.pose {
+            let fact = format!("`{}` and `{}` are in different frames", own.name, other.name);
+            return Err(refuse_with(fact, "give both the same `body` and `at`"));
+        }
+        Ok(Self { spec: ColliderSpec { coarse: Some(other.fine.clone()), ..own.clone() } })
+    }
+    /// Whether it has a coarse shape beside its fine one.
+    ///
+    /// >>> linkwork.Collider.half_space("ground").has_coarse
+    /// False
+    #[getter]
+    fn has_coarse(&self) -> bool {
+        self.spec.coarse.is_some()
+    }
     /// The same shape with another friction and restitution, and what it is made of; what is left out stays.
     /// What cannot be is refused by `Contact`.
     ///

@@ -179,6 +179,28 @@ impl Robot {
         Ok((checked1(py, v)?, checked1(py, residuals)?))
     }
 
+    /// Rates (nv,), rad/s and m/s, at the robot's q with which the tip of a chain moves as asked, or as nearly as it can: (v, (linear, angular)), the latter what is missing, m/s and rad/s. twist (6,): [ω; v]
+    /// of the tip's origin against the chain's base, rad/s and m/s, world axes. Of all such rates the least; within limits of rates, and not outward at a limit. The chain alone moves. Where there is more to wish for, or limits
+    /// are to be approached slowly, `rates_for` does it. Raises LinkworkError for a part that is no chain, another length and NaN.
+    ///
+    /// >>> robot.q = [0.3, 0.5, 0.4]
+    /// >>> v, missing = robot.tip_rates("arm", [0, -0.2, 0, 0.1, 0, 0.05])
+    /// >>> bool(np.allclose(robot.jacobian("arm") @ v, [0, -0.2, 0, 0.1, 0, 0.05])), bool(max(missing) < 1e-9)
+    /// (True, True)
+    fn tip_rates<'py>(
+        slf: &Bound<'py, Self>,
+        part: &str,
+        twist: Given<'_, 'py>,
+    ) -> PyResult<(Array1<'py>, (f64, f64))> {
+        let own = base(slf);
+        let part = own.part(part)?;
+        let [a, b, c, x, y, z] = crate::array::fixed::<6>(twist, "twist")?;
+        let twist = Motion::new(Vec3::new(a, b, c), Vec3::new(x, y, z));
+        let mut v = vec![0.0; own.model.nv()];
+        let missing = own.ask(|r| r.rates(part, &twist, &mut v))?;
+        Ok((checked1(slf.py(), v)?, (missing.position, missing.orientation)))
+    }
+
     /// Forces of the whole robot at its q and rates v (nv,) for accelerations in order of priority, with contacts that press and do not slip, within limits of
     /// effort: a WholeBodyForces. levels: as `rates_for`, of accelerations, rad/s² and m/s². touches: [(part, point (3,) in its tip's frame, m, normal (3,) towards the robot in
     /// the world, friction[, most normal force, N])]. effort: (nv,), N m and N, 0 where nothing drives; None: limits of the mechanism, and 0 for ball and free hinges. Where
