@@ -348,7 +348,7 @@ fn mistakes_are_refused() {
 }
 
 #[test]
-fn yes_and_no_allocate_nothing() {
+fn questions_allocate_nothing() {
     let Some(json) = reference("robodarts/dual_ur5_collisions.json") else { return };
     let model = robot_in("robodarts/dual_ur5.urdf", &json, &[], vec![], vec![]);
     let mut robot = Robot::new(&model).clone();
@@ -359,6 +359,7 @@ fn yes_and_no_allocate_nothing() {
     let counted = allocation_counter::measure(|| {
         for q in &qs {
             robot.collides(q).unwrap();
+            robot.clearance(q, f64::INFINITY).unwrap();
         }
         robot.pad(a, 0.02).unwrap();
         robot.show(b, Visibility::Hidden).unwrap();
