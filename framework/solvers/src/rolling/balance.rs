@@ -66,6 +66,12 @@ impl Machine {
         self.given[1][row] + along.map(|(a, b)| a * b).sum::<f64>()
     }
 
+    /// Force of the ground on a wheel along a row of `slide`, as it slides (N).
+    fn along(&self, row: usize) -> f64 {
+        let (force, resists) = self.resists(row);
+        force - resists * self.slides_along(row)
+    }
+
     /// Root mean square of the sliding that is left (m/s).
     pub fn slides(&self) -> f64 {
         let rows = self.given[1].len();
@@ -78,8 +84,7 @@ impl Machine {
         let n = self.unknowns();
         self.right.copy_from_slice(&self.holds[DRIVE..]);
         for row in 0..self.given[1].len() {
-            let (force, resists) = self.resists(row);
-            let along = force - resists * self.slides_along(row);
+            let along = self.along(row);
             let slide = &self.slide[row * n + DRIVE..(row + 1) * n];
             self.right.iter_mut().zip(slide).for_each(|(right, s)| *right -= along * s);
         }
@@ -89,12 +94,9 @@ impl Machine {
             normal.iter().zip(&self.right).map(|(a, b)| a * b).sum()
         };
         for (w, (foot, (body, _))) in self.footing.iter().zip(&self.spec.wheels).enumerate() {
-            let along = |row: usize| {
-                let (force, resists) = self.resists(row);
-                force - resists * self.slides_along(row)
-            };
             let [ahead, side] = self.axes[w];
-            let force = foot.normal * of(w) + ahead * along(2 * w) + side * along(2 * w + 1);
+            let force =
+                foot.normal * of(w) + ahead * self.along(2 * w) + side * self.along(2 * w + 1);
             loads.push(WheelLoad { body: *body, force, point: foot.point });
         }
         for (c, coupling) in self.couplings.iter().enumerate() {
