@@ -1,10 +1,11 @@
 //! W as a site of a planet that turns: the same flight as in inertial axes, what falls, what swings, what stands.
 #![allow(clippy::unwrap_used, non_snake_case)]
 use linkwork_runtime::Simulation;
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::{Quaternion, SymmetricEigen};
-use linkwork_spatial::{Mat3, Quat, Vec3};
 use linkwork_world::planet::rotation::FixedRate;
-use linkwork_world::planet::{Ellipsoid, Geodetic, PointMotion, Rotation, Site};
+use linkwork_world::planet::{self as world, Ellipsoid, Geodetic, PointMotion, Rotation};
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -15,9 +16,9 @@ const RATE: f64 = 7.088_218_1e-5;
 const MU: f64 = 4.282_837e13;
 const LATITUDE: f64 = 0.6;
 
-fn site() -> Site {
+fn site() -> world::Site {
     let place = Geodetic { latitude: LATITUDE, longitude: -1.1, altitude: -2000.0 };
-    Site::new(&Ellipsoid::mars(), place, 0.4)
+    world::Site::new(&Ellipsoid::mars(), place, 0.4)
 }
 
 fn planet(site: bool) -> String {
@@ -148,7 +149,7 @@ fn apart(
     parts: impl Fn(&str) -> String,
 ) -> (Worst, Worst) {
     let turning = Rotation::Fixed(FixedRate::about_z(0.0, RATE).unwrap());
-    let site = Site::new(&ellipsoid, place, 0.4);
+    let site = world::Site::new(&ellipsoid, place, 0.4);
     let fly = |here: &str, start: &PointMotion| {
         let parts = parts(&format!("(body: \"{body}\", turns: \"fixed\", rate: {RATE:?}, {here})"));
         let vector = |v: &Vec3| common::list(v.as_slice());
@@ -393,10 +394,15 @@ fn services_that_take_w_for_different_places_are_refused() {
     assert!(e.contains("Air") && e.contains("inertial axes at"), "{e}");
     let e = with_air("(body: \"mars\", site: (latitude: 0.31, longitude: 0.7))");
     assert!(e.contains("another site") && e.contains("same `planet`"), "{e}");
-    let e = with_air(
-        "(body: \"mars\", turns: \"iau\", epoch: \"2012-08-06 05:17:57 UTC\", site: (latitude: 0.3, longitude: 0.7))",
-    );
-    assert!(e.contains("turns: fixed"), "{e}");
+    // Turned otherwise among the stars it is another site, too.
+    for turns in [
+        &format!("angle: 0.2, rate: {RATE:?}"),
+        "turns: \"iau\", epoch: \"2012-08-06 05:17:57 UTC\"",
+    ] {
+        let here = "flattening: 0, site: (latitude: 0.3, longitude: 0.7)";
+        let e = with_air(&format!("(body: \"mars\", {turns}, {here})"));
+        assert!(e.contains("another site"), "{e}");
+    }
     let uniform = text.replacen("environment.point_mass_gravity", "environment.uniform_gravity", 1);
     let e = scene(&uniform, &[]).err().unwrap();
     assert!(e.contains("planet"), "{e}");
@@ -406,23 +412,44 @@ fn services_that_take_w_for_different_places_are_refused() {
         "parts: {{ \"Sun\": (model: \"environment.ephemeris_sun\", params: {{ \"planet\": {here} }}),"
     );
     let e = scene(&text.replacen("parts: {", &sun, 1), &[]).err().unwrap();
-    assert!(e.contains("axes of the stars") && e.contains("mars_sun"), "{e}");
+    assert!(e.contains("pole among the stars") && e.contains("turns: iau"), "{e}");
     let flat = "parts: { \"Air\": (model: \"environment.exponential_atmosphere\", params: { \"planet_radius\": 0 }),";
     let e = scene(&text.replacen("parts: {", flat, 1), &[]).err().unwrap();
     assert!(e.contains("level ground without a planet"), "{e}");
     // Without gravity nothing would feel the turning.
     let e = scene(&text.replacen("until:", "gravity: \"none\", until:", 1), &[]).err().unwrap();
     assert!(e.contains("leave `gravity` out"), "{e}");
-    // Models whose equations are those of inertial axes.
-    for part in [
-        "\"Sky\": (model: \"sensors.star_tracker\", rate: \"1 Hz\", bind: { \"mount\": \"node:a\" }),",
-        "\"Field\": (model: \"flight.magnetic_field\", bind: { \"body\": \"node:a\" }),",
-    ] {
-        let e =
-            scene(&text.replacen("parts: {", &format!("parts: {{ {part}"), 1), &[]).err().unwrap();
-        assert!(
-            e.contains("takes W for inertial axes, and `") && e.contains("leave the part out"),
-            "{e}"
-        );
+    // A model whose equations are those of inertial axes.
+    let part = "parts: { \"Drift\": (model: \"test.inertial_only\"),";
+    let own = vec![Entry::model::<InertialOnly>()];
+    let e = common::scene_with(own, &text.replacen("parts: {", part, 1)).err().unwrap();
+    assert!(
+        e.contains("takes W for inertial axes, and `") && e.contains("leave the part out"),
+        "{e}"
+    );
+}
+
+/// Something that is right in inertial axes alone.
+struct InertialOnly;
+
+/// Nothing.
+#[model("test.inertial_only")]
+impl Model for InertialOnly {
+    const INERTIAL: bool = true;
+    type Params = ();
+    type Ym = Nothing;
+    fn build((): ()) -> Result<Self, BuildError> {
+        Ok(InertialOnly)
     }
+    fn moore(&self, _: &Clock, _: &(), _: &()) -> Nothing {
+        Nothing { zero: 0.0 }
+    }
+}
+
+/// An output.
+#[derive(Ports, Clone, Copy, Debug)]
+struct Nothing {
+    /// Zero.
+    #[port("1")]
+    zero: f64,
 }

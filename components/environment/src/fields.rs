@@ -151,6 +151,9 @@ pub struct MarsSunParams {
     /// East longitude of the site.
     #[param(unit = "rad", default = 0.0)]
     pub longitude: f64,
+    /// Angle of x of W from east towards north, as of a site: y is north for 0.
+    #[param(unit = "rad", default = 0.0)]
+    pub heading: f64,
 }
 
 /// The sun over a site on Mars.
@@ -158,19 +161,20 @@ pub struct MarsSun {
     start_days: f64,
     latitude_deg: f64,
     longitude_deg: f64,
+    /// East, north, up to W.
+    turn: Option<Quat>,
 }
 
 impl Sun for MarsSun {
     fn state(&self, t: f64) -> SunState {
         let mars = MarsTime::at(self.start_days + t / 86_400.0);
-        SunState {
-            direction: mars.sun_direction(self.latitude_deg, self.longitude_deg),
-            distance_au: mars.distance_au,
-        }
+        let seen = mars.sun_direction(self.latitude_deg, self.longitude_deg);
+        let direction = self.turn.map_or(seen, |turn| turn * seen);
+        SunState { direction, distance_au: mars.distance_au }
     }
 }
 
-/// The sun over a site on Mars by the Mars24 algorithm; W is the site's frame: x east, y north, z up.
+/// The sun over a site on Mars by the Mars24 algorithm; W is the site's frame: x east, y north, z up, or turned by `heading`.
 #[service("environment.mars_sun", Sun)]
 impl Service for MarsSun {
     type Params = MarsSunParams;
@@ -181,11 +185,12 @@ impl Service for MarsSun {
             start_days,
             latitude_deg: p.latitude.to_degrees(),
             longitude_deg: p.longitude.to_degrees(),
+            turn: (p.heading != 0.0).then(|| Quat::from_scaled_axis(Vec3::z() * -p.heading)),
         })
     }
 }
 
-/// A sun that stands still.
+/// A sun that stands still in W, or among the stars.
 #[derive(Params, Clone, Debug)]
 pub struct FixedSunParams {
     /// Azimuth from north (y) towards east (x).
@@ -197,18 +202,30 @@ pub struct FixedSunParams {
     /// Distance, AU.
     #[param(default = 1.524, range = 0.01..)]
     pub distance_au: f64,
+    /// The planet, where W is a site on it: the sun stands still among the stars, and azimuth and elevation are those
+    /// at t = 0. Unwritten, or without a site: it stands still in W.
+    pub planet: Option<PlanetParams>,
 }
 
 /// A fixed sun.
-pub struct FixedSun(SunState);
+pub struct FixedSun {
+    /// At t = 0.
+    start: SunState,
+    site: Option<Site>,
+}
 
 impl Sun for FixedSun {
-    fn state(&self, _: f64) -> SunState {
-        self.0
+    fn state(&self, t: f64) -> SunState {
+        let Some(site) = &self.site else { return self.start };
+        let turned = site.to_inertial(t).inverse() * site.to_inertial(0.0);
+        SunState { direction: turned * self.start.direction, ..self.start }
+    }
+    fn axes(&self) -> Axes {
+        self.site.map_or(Axes::Any, Axes::Site)
     }
 }
 
-/// A sun at a fixed azimuth and elevation.
+/// A sun at a fixed azimuth and elevation, or from a site that turns at a fixed place among the stars.
 #[service("environment.fixed_sun", Sun)]
 impl Service for FixedSun {
     type Params = FixedSunParams;
@@ -216,7 +233,8 @@ impl Service for FixedSun {
         let (sin_a, cos_a) = p.azimuth.sin_cos();
         let (sin_e, cos_e) = p.elevation.sin_cos();
         let direction = Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e);
-        Ok(FixedSun(SunState { direction, distance_au: p.distance_au }))
+        let site = p.planet.map_or(Ok(None), |planet| planet.planet().map(|p| p.site))?;
+        Ok(FixedSun { start: SunState { direction, distance_au: p.distance_au }, site })
     }
 }
 
@@ -230,6 +248,7 @@ mod tests {
             epoch: "2012-08-06T05:17:57Z".into(),
             latitude: -4.59f64.to_radians(),
             longitude: 137.44f64.to_radians(),
+            heading: 0.0,
         };
         let sun = MarsSun::build(p.clone(), &Files::default()).unwrap();
         let (a, b) = (sun.state(0.0), sun.state(88_775.244));
@@ -245,9 +264,52 @@ mod tests {
             azimuth: std::f64::consts::FRAC_PI_2,
             elevation: 0.0,
             distance_au: 1.0,
+            planet: None,
         };
         let s = FixedSun::build(p, &Files::default()).unwrap().state(9.0);
         assert!((s.direction - Vec3::x()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_sun_among_the_stars_goes_over_a_site_that_turns() {
+        let here =
+            crate::planet::SiteParams { latitude: 0.0, longitude: 0.3, height: 0.0, heading: 0.0 };
+        let planet = PlanetParams {
+            rate: Some(1e-3),
+            site: Some(here),
+            ..PlanetParams::of(crate::planet::Centre::Moon)
+        };
+        let at = |planet: Option<PlanetParams>, t: f64| {
+            let p = FixedSunParams {
+                azimuth: std::f64::consts::FRAC_PI_2,
+                elevation: 0.2,
+                distance_au: 1.0,
+                planet,
+            };
+            FixedSun::build(p, &Files::default()).unwrap().state(t).direction
+        };
+        // On the equator: up in the east by a radian in 1000 s, over the zenith and down.
+        for t in [0.0, 1000.0, 2500.0] {
+            let height: f64 = 0.2 + 1e-3 * t;
+            let want = Vec3::new(height.cos(), 0.0, height.sin());
+            assert!((at(Some(planet.clone()), t) - want).norm() < 1e-12, "{t} s");
+        }
+        assert_eq!(at(None, 2500.0), at(None, 0.0));
+        let inertial = PlanetParams { site: None, ..planet };
+        assert_eq!(at(Some(inertial), 2500.0), at(None, 0.0));
+    }
+
+    #[test]
+    fn mars_has_its_sun_by_the_heading_of_w() {
+        let at = |heading: f64| {
+            let epoch = "2012-08-06T05:17:57Z".into();
+            let p = MarsSunParams { epoch, latitude: -0.08, longitude: 2.4, heading };
+            MarsSun::build(p, &Files::default()).unwrap().state(700.0).direction
+        };
+        let (plain, turned) = (at(0.0), at(0.4));
+        // x of W lies between east and north.
+        let x = plain.x * 0.4f64.cos() + plain.y * 0.4f64.sin();
+        assert!((turned.x - x).abs() < 1e-15 && (turned.z - plain.z).abs() < 1e-15);
     }
 
     #[test]

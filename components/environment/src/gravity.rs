@@ -4,6 +4,7 @@
 //! V   = μ/r Σ_n (R/r)ⁿ Σ_m P̄_nm(sin φ)(C̄_nm cos mλ + S̄_nm sin mλ)        Pines 1973, no singular poles
 //! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: what it does to the craft minus what it does to the planet
 //! solid tide:  a = k₂ μ₃ R⁵/(2 s³ r⁴) [(3 − 15 c²) r̂ + 6 c ŝ]     c = r̂ · ŝ: how the planet answers to it
+//! in a site:   s turned by R_WI, r from the planet's centre
 //! zonal: V = μ/r (1 − Σ J_n (R/r)ⁿ P_n(z/r))
 //! ```
 //! A series of high degree means nothing below the planet's surface.
@@ -103,14 +104,20 @@ pub struct SphericalHarmonics {
 }
 
 impl SphericalHarmonics {
-    /// From the planet to a third body, m, W; NaN where the ephemeris has nothing (centuries away).
+    /// From the planet's centre to a third body, m, W; NaN where the ephemeris has nothing (centuries away).
     fn towards(&self, third: &Puller, t: f64) -> Vec3 {
         let beyond = || {
             let now = (self.start.0, self.start.1 + t / 86_400.0);
             Analytic.state(third.body, self.centre, now)
         };
         let state = third.table.at(t).or_else(|_| beyond());
-        state.map_or(Vec3::repeat(f64::NAN), |s| s.position)
+        let s = state.map_or(Vec3::repeat(f64::NAN), |s| s.position);
+        self.planet.site.map_or(s, |site| site.to_inertial(t).inverse() * s)
+    }
+
+    /// From the planet's centre to a point (m, W).
+    fn from_centre(&self, p: &Vec3) -> Vec3 {
+        self.planet.site.map_or(*p, |s| s.from_centre(p))
     }
 
     /// Acceleration (m/s²) of the planet's field alone at `p` (m), both in W, with the centrifugal part in a site.
@@ -120,7 +127,8 @@ impl SphericalHarmonics {
 
     /// Acceleration (m/s², W) relative to the planet by the third bodies alone, in the order written; `p` in W.
     pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
-        self.pullers.iter().map(move |k| third_body(k.mu, &p, &self.towards(k, t)))
+        let r = self.from_centre(&p);
+        self.pullers.iter().map(move |k| third_body(k.mu, &r, &self.towards(k, t)))
     }
 
     /// Acceleration (m/s², W) at `p` (m, W) by the tide that the third bodies raise on the planet.
@@ -130,7 +138,8 @@ impl SphericalHarmonics {
             return Vec3::zeros();
         }
         let raiser = |k: &Puller| TideRaiser { mu: k.mu, position: self.towards(k, t) };
-        self.pullers.iter().map(|k| solid_tide(k2, radius, &raiser(k), &p)).sum()
+        let r = self.from_centre(&p);
+        self.pullers.iter().map(|k| solid_tide(k2, radius, &raiser(k), &r)).sum()
     }
 }
 
@@ -140,9 +149,9 @@ impl Gravity for SphericalHarmonics {
         if self.love.0 == 0.0 { rigid } else { rigid + self.tide(t, p) }
     }
     fn scale(&self, t: f64, p: Vec3) -> f64 {
-        let r = from_centre(self.planet.site.as_ref(), p);
-        let own = r / (self.field.degree() + 2) as f64;
-        self.pullers.iter().map(|k| 0.5 * (self.towards(k, t) - p).norm()).fold(own, f64::min)
+        let r = self.from_centre(&p);
+        let own = r.norm() / (self.field.degree() + 2) as f64;
+        self.pullers.iter().map(|k| 0.5 * (self.towards(k, t) - r).norm()).fold(own, f64::min)
     }
     fn axes(&self) -> Axes {
         Axes::of(self.planet.site)
@@ -180,7 +189,7 @@ fn pullers(p: &HarmonicsParams) -> Result<((f64, f64), Vec<Puller>), BuildError>
 }
 
 /// Gravity of a planet from a file of spherical harmonics, turning with the planet, and of third bodies.
-/// W is inertial with the planet at its origin; with `turns: iau` or third bodies its axes are those of the ICRF.
+/// W is inertial with the planet at its origin, with `turns: iau` or third bodies in the axes of the ICRF; or it is a site, with third bodies on a planet that turns by the IAU.
 #[service("environment.spherical_harmonics", Gravity)]
 impl Service for SphericalHarmonics {
     type Params = HarmonicsParams;
@@ -432,6 +441,31 @@ mod tests {
         assert!((0.5..2.0).contains(&(both / wanted)), "{both} {wanted}");
         let e = built(&HarmonicsParams { love: 0.3, ..params() }, FIELD).err().unwrap();
         assert!(e.message.contains("nobody raises a tide") && e.param.as_deref() == Some("love"));
+    }
+
+    #[test]
+    fn third_bodies_pull_and_raise_tides_alike_over_a_site() {
+        let p = HarmonicsParams { love: 0.3, ..with_sun_and_moon() };
+        let planet = PlanetParams { turns: Turning::Iau, angle: 0.0, ..p.planet.clone() };
+        let there = HarmonicsParams { planet: planet.clone(), ..p };
+        let here =
+            crate::planet::SiteParams { latitude: 0.9, longitude: 2.9, height: 0.0, heading: 0.4 };
+        let planet = PlanetParams { site: Some(here), ..planet };
+        let (there, here) =
+            (built(&there, FIELD), built(&HarmonicsParams { planet, ..there.clone() }, FIELD));
+        let (there, here) = (there.unwrap(), here.unwrap());
+        let Axes::Site(site) = here.axes() else { panic!("no site") };
+        for t in [0.0, 3000.0] {
+            let R = site.to_inertial(t);
+            let p = R.inverse() * P - site.from_centre(&Vec3::zeros());
+            let pulls = here.thirds(t, p).sum::<Vec3>() + here.tide(t, p);
+            let want = there.thirds(t, P).sum::<Vec3>() + there.tide(t, P);
+            assert!((R * pulls - want).norm() < 1e-10 * want.norm(), "{pulls} {want}");
+            // The whole, with the centrifugal part taken off; the pole is that of the start.
+            let whole = R * (here.acceleration(t, p) - site.centrifugal(&p));
+            assert!((whole - there.acceleration(t, P)).norm() < 1e-9, "{t} s");
+            assert!((here.scale(t, p) / there.scale(t, P) - 1.0).abs() < 1e-12);
+        }
     }
 
     #[test]

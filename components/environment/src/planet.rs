@@ -10,7 +10,10 @@
 //! air at rest has no velocity in W:
 //! ```text
 //! p_P = X_PW p      a = R_WP g(p_P) − ω × (ω × (p − c))      v_air = R_WP R_PE w
+//! R_IW = R_IP(0) R_z(rate t) R_PW       directions of stars, the Sun and third bodies
 //! ```
+//! A site turns about one axis at one rate. With `turns: iau` these are the pole and the rate of t = 0; the true ones leave them by
+//! 3e-8 rad (Mars), 7e-7 rad (the Earth) and 2e-4 rad (the Moon, whose libration it is) in a day.
 //! Everything is evaluated at the time that the caller names, which is the integrator's stage.
 
 use linkwork_runtime::prelude::*;
@@ -105,7 +108,7 @@ pub struct PlanetParams {
     /// Rate about z of W for `fixed`; unwritten: the body's own.
     #[param(unit = "rad/s")]
     pub rate: Option<f64>,
-    /// Angle from x of W to the prime meridian at t = 0, for `still` and `fixed`.
+    /// Angle from x of W (in a site: of the inertial axes) to the prime meridian at t = 0, for `still` and `fixed`.
     #[param(unit = "rad", default = 0.0)]
     pub angle: f64,
     /// Date of t = 0, such as 2012-08-06 05:17:57 UTC (or TAI, TT, TDB).
@@ -127,7 +130,7 @@ pub struct PlanetParams {
     /// Flattening for heights; unwritten: the body's.
     #[param(range = 0.0..=0.5)]
     pub flattening: Option<f64>,
-    /// Where W is on the planet, when it turns with it (`turns`: fixed or still); unwritten: W is inertial.
+    /// Where W is on the planet, when it turns with it; unwritten: W is inertial.
     pub site: Option<SiteParams>,
 }
 
@@ -149,14 +152,15 @@ impl PlanetParams {
         }
     }
 
-    /// What has its place among the stars is not known from a site: `fixed` is about z of W, not about the pole.
+    /// What has its place among the stars is known from a site whose pole is: `fixed` and `still` have one of their own.
     pub fn among_the_stars(&self, what: &str) -> Result<(), BuildError> {
-        let Some(_) = self.site else { return Ok(()) };
+        if self.site.is_none() || self.turns == Turning::Iau {
+            return Ok(());
+        }
         let fact = format!(
-            "{what} by an ephemeris needs W with axes of the stars, and `planet` has a `site`"
+            "{what} by an ephemeris needs the planet's pole among the stars, and its `site` has another"
         );
-        let help =
-            "leave `site` out; a site's Sun is `environment.mars_sun` or `environment.fixed_sun`";
+        let help = "write `turns: iau`; a Sun without an ephemeris is `environment.fixed_sun` or `environment.mars_sun`";
         Err(BuildError::new(fact).help(help).at("planet"))
     }
 
@@ -192,7 +196,7 @@ impl PlanetParams {
 
     /// The site, for a field that is round about z of the planet; without one z of W is the planet's axis.
     pub fn site_about_z(&self) -> Result<Option<Site>, BuildError> {
-        if self.turns == Turning::Iau {
+        if self.turns == Turning::Iau && self.site.is_none() {
             let fact = "this field has the planet's axis along z of W, which `turns: iau` has not";
             let help = "write `turns: fixed`, or take `environment.spherical_harmonics`";
             return Err(BuildError::new(fact).help(help).at("planet"));
@@ -211,30 +215,25 @@ impl PlanetParams {
         let radius = self.radius.unwrap_or_else(|| own.equatorial_radius());
         let flattening = self.flattening.unwrap_or_else(|| own.flattening());
         let ellipsoid = Ellipsoid::new(radius, flattening).map_err(|e| fault(&e, "planet"))?;
-        let site = self.site.map(|s| self.site(&s, &ellipsoid)).transpose()?;
-        Ok(Planet { ellipsoid, rotation: self.rotation()?, site })
+        let rotation = self.rotation()?;
+        let site = self.site.map(|s| site(&s, &ellipsoid, &rotation)).transpose()?;
+        Ok(Planet { ellipsoid, rotation, site })
     }
+}
 
-    fn site(&self, s: &SiteParams, ellipsoid: &Ellipsoid) -> Result<Site, BuildError> {
-        let rate = match self.turns {
-            Turning::Still => 0.0,
-            Turning::Fixed => self.rate.unwrap_or_else(|| self.body.rate()),
-            Turning::Iau => {
-                let fact = "a site turns at one rate about one axis, and `turns: iau` does not";
-                let help = "write `turns: fixed`, or take `site` out and simulate in inertial axes";
-                return Err(BuildError::new(fact).help(help).at("planet"));
-            }
-        };
-        let place = Geodetic { latitude: s.latitude, longitude: s.longitude, altitude: s.height };
-        let pose = world::Site::new(ellipsoid, place, s.heading).pose;
-        if !(s.height > -ellipsoid.polar_radius() && pose.position.norm().is_finite()) {
-            let fact =
-                format!("a site at a height of {} m is inside the planet's centre", s.height);
-            let help = "write its height above the ellipsoid, negative below it";
-            return Err(BuildError::new(fact).help(help).at("planet"));
-        }
-        Ok(Site { pose, rate })
+/// W at a place of a planet that turns on as it does at t = 0.
+fn site(s: &SiteParams, ellipsoid: &Ellipsoid, rotation: &Rotation) -> Result<Site, BuildError> {
+    let place = Geodetic { latitude: s.latitude, longitude: s.longitude, altitude: s.height };
+    let pose = world::Site::new(ellipsoid, place, s.heading).pose;
+    if !(s.height > -ellipsoid.polar_radius() && pose.position.norm().is_finite()) {
+        let fact = format!("a site at a height of {} m is inside the planet's centre", s.height);
+        let help = "write its height above the ellipsoid, negative below it";
+        return Err(BuildError::new(fact).help(help).at("planet"));
     }
+    let spin = rotation.at(0.0);
+    // The rate that is written, no digit changed, where one is.
+    let rate = if let Rotation::Fixed(f) = rotation { f.rate } else { spin.omega_P().z };
+    Ok(Site { pose, rate, start: spin.R_IP })
 }
 
 /// A layer of wind over the ground.
@@ -345,6 +344,41 @@ mod tests {
         let p = PlanetParams { turns: Turning::Iau, epoch, ..PlanetParams::of(Centre::Mars) };
         let pole = p.planet().unwrap().rotation.at(0.0).R_IP * Vec3::z();
         assert!((pole.z - 52.88_f64.to_radians().sin()).abs() < 1e-3, "{pole}");
+    }
+
+    const HERE: SiteParams =
+        SiteParams { latitude: 0.4, longitude: -1.1, height: -2e3, heading: 0.3 };
+
+    /// How far a site is turned from where its planet has it, rad, at t (s).
+    fn apart(p: &PlanetParams, t: f64) -> f64 {
+        let planet = p.planet().unwrap();
+        let site = planet.site.unwrap();
+        (planet.rotation.at(t).R_IP * site.pose.rotation).angle_to(&site.to_inertial(t))
+    }
+
+    #[test]
+    fn a_site_stands_among_the_stars_where_its_planet_has_it() {
+        let site = Some(HERE);
+        for (turns, rate) in [(Turning::Still, None), (Turning::Fixed, Some(3e-3))] {
+            let p =
+                PlanetParams { turns, rate, angle: 0.7, site, ..PlanetParams::of(Centre::Mars) };
+            assert!(apart(&p, 4321.0) < 1e-12, "{turns:?}");
+            assert_eq!(p.site_about_z().unwrap().unwrap().rate, rate.unwrap_or(0.0));
+        }
+        // By the IAU its pole and rate are those of the start: what the pole, tides and libration do in a day is left out.
+        let epoch = Some("2026-11-02 00:00:00 UTC".to_string());
+        for (body, day) in [(Centre::Mars, 3e-8), (Centre::Earth, 7e-7), (Centre::Moon, 2e-4)] {
+            let p = PlanetParams {
+                turns: Turning::Iau,
+                epoch: epoch.clone(),
+                site,
+                ..PlanetParams::of(body)
+            };
+            let (hour, whole) = (apart(&p, 3600.0), apart(&p, 86_400.0));
+            println!("{body:?}: {hour:.1e} rad in an hour, {whole:.1e} rad in a day");
+            assert!(apart(&p, 0.0) < 1e-15 && whole < 1.5 * day && whole > 0.2 * day, "{body:?}");
+            assert!(hour < 0.1 * whole.max(day), "{body:?}");
+        }
     }
 
     #[test]

@@ -157,7 +157,7 @@ mod tests {
                 Quat::from_euler_angles(0.3, -0.8, 1.1),
                 Vec3::new(3e6, -4e6, 3.9e6),
             );
-            let (site, t) = (Site { pose, rate }, 700.0);
+            let (site, t) = (Site { pose, rate, start: Quat::identity() }, 700.0);
             let back = Quat::from_scaled_axis(Vec3::z() * (-rate * t));
             let over = s.velocity - (Vec3::z() * rate).cross(&s.position);
             let to_W = pose.rotation.inverse();

@@ -62,7 +62,7 @@ fn read(m: &Gnss, c: &Clock, d: &[f64], mount: &NodeState) -> GnssOut {
 fn site() -> Site {
     let rotation = Quat::from_euler_angles(0.4, 0.9, -1.3);
     let up = Vec3::new(0.5, -0.6, 0.624_5).normalize();
-    Site { pose: Pose::new(rotation, up * RADIUS), rate: 7.292_115e-5 }
+    Site { pose: Pose::new(rotation, up * RADIUS), rate: 7.292_115e-5, start: Quat::identity() }
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! `sensors.star_tracker`: attitude of its body against the stars, with noise, while it turns slowly.
 //! ```text
-//! q_s = q exp(n)      n ~ N(0, σ²) about each axis of the node: x, y across the boresight z, and z about it
-//! fix                 |ω| ≤ rate_max: faster, stars are streaks
+//! q_s = R_IW q exp(n)      n ~ N(0, σ²) about each axis of the node: x, y across the boresight z, and z about it
+//! fix                      |ω| ≤ rate_max: faster, stars are streaks; ω: inertial rate
 //! ```
-//! W has the axes of the catalogue of stars. Planets, Moon and Sun in the field of view are not looked for.
+//! I has the axes of the catalogue of stars. W is I, or a site of a planet that turns in I: about its z, from `angle` on, with `turns: fixed`,
+//! and as in the ICRF with `turns: iau`. Planets, Moon and Sun in the field of view are not looked for.
 
 use linkwork_runtime::prelude::*;
 
@@ -16,6 +17,9 @@ pub struct StarTrackerParams {
     /// Greatest rate at which it has a fix.
     #[param(unit = "rad/s", default = 0.0262, range = 0.0..)]
     pub rate_max: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// The mount.
@@ -29,9 +33,12 @@ pub struct StarTrackerIn {
 /// Reading.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StarTrackerOut {
-    /// Attitude, node to W; without a fix the identity.
+    /// Attitude against the stars, node to I; without a fix the identity.
     #[port]
     pub attitude: Quat,
+    /// The same, node to W, for software that knows where its site is and what time it is; the same numbers where W is inertial.
+    #[port]
+    pub in_world: Quat,
     /// The attitude is a measurement.
     #[port]
     pub fix: bool,
@@ -40,12 +47,12 @@ pub struct StarTrackerOut {
 /// A star tracker.
 pub struct StarTracker {
     p: StarTrackerParams,
+    site: Option<Site>,
 }
 
 /// Attitude against the stars with white noise, without a fix above a rate; sampled.
 #[model("sensors.star_tracker")]
 impl Model for StarTracker {
-    const INERTIAL: bool = true;
     type Params = StarTrackerParams;
     type Ud = StarTrackerIn;
     type Yd = StarTrackerOut;
@@ -55,15 +62,20 @@ impl Model for StarTracker {
                 .help("write three numbers from 0 up")
                 .at("sigma"));
         }
-        Ok(StarTracker { p })
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        Ok(StarTracker { p, site })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &StarTrackerIn) -> StarTrackerOut {
-        let fix = u.mount.angular.norm() <= self.p.rate_max;
+        let turning = self.site.map_or_else(Vec3::zeros, |s| s.omega());
+        let fix = (u.mount.angular + turning).norm() <= self.p.rate_max;
         if !fix {
-            return StarTrackerOut { attitude: Quat::identity(), fix };
+            let none = Quat::identity();
+            return StarTrackerOut { attitude: none, in_world: none, fix };
         }
         let noise = Vec3::new(c.normal(0), c.normal(1), c.normal(2)).component_mul(&self.p.sigma);
-        StarTrackerOut { attitude: u.mount.rotation * Quat::from_scaled_axis(noise), fix }
+        let in_world = u.mount.rotation * Quat::from_scaled_axis(noise);
+        let attitude = self.site.map_or(in_world, |s| s.to_inertial(c.t) * in_world);
+        StarTrackerOut { attitude, in_world, fix }
     }
     fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
 }
@@ -81,7 +93,7 @@ mod tests {
     #[test]
     fn its_errors_have_the_deviations_of_its_axes() {
         let sigma = Vec3::new(3e-5, 5e-5, 3e-4);
-        let p = StarTrackerParams { sigma, rate_max: 0.02 };
+        let p = StarTrackerParams { sigma, rate_max: 0.02, gravity: None };
         let q = Quat::from_scaled_axis(Vec3::new(1.1, -0.4, 2.0));
         let (mut mean, mut square) = (Vec3::zeros(), Vec3::zeros());
         let count = 4000;
@@ -100,16 +112,50 @@ mod tests {
         }
     }
 
+    /// A site of a planet that turns fast.
+    struct Turning(Site);
+    impl Gravity for Turning {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            Vec3::zeros()
+        }
+        fn axes(&self) -> Axes {
+            Axes::Site(self.0)
+        }
+    }
+
+    #[test]
+    fn from_a_site_the_stars_turn() {
+        let pose =
+            linkwork_spatial::Pose::new(Quat::from_euler_angles(0.3, -0.8, 1.1), Vec3::zeros());
+        let start = Quat::from_euler_angles(-0.4, 0.2, 0.9);
+        let site = Site { pose, rate: 0.015, start };
+        let gravity = std::sync::Arc::new(Turning(site)) as std::sync::Arc<dyn Gravity>;
+        let gravity = Some(Handle::new("gravity", gravity));
+        let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02, gravity };
+        let q = Quat::from_scaled_axis(Vec3::new(0.3, 0.2, -0.1));
+        // At rest in W, 30 s: the planet has turned by 0.45 rad about its pole, as seen from the stars.
+        let (a, b) = (read(&p, 0, Vec3::zeros(), q), read(&p, 300, Vec3::zeros(), q));
+        let pole = start * Vec3::z();
+        let turned = (b.attitude * a.attitude.inverse()).scaled_axis();
+        assert!(a.fix && b.fix && (turned - pole * 0.45).norm() < 1e-12, "{turned}");
+        assert!(a.attitude.angle_to(&(start * pose.rotation * q)) < 1e-12);
+        assert!(a.in_world == q && b.in_world == q);
+        // What counts is the inertial rate: what stands still among the stars has a fix, what turns with the planet and faster has none.
+        let omega = site.omega();
+        assert!(read(&p, 0, omega * -2.0, q).fix && !read(&p, 0, omega * 0.5, q).fix);
+    }
+
     #[test]
     fn above_its_rate_it_has_no_fix_and_nonsense_is_refused() {
-        let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02 };
+        let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02, gravity: None };
         let q = Quat::from_scaled_axis(Vec3::new(0.3, 0.2, -0.1));
         let slow = read(&p, 1, Vec3::new(0.0, 0.019, 0.0), q);
         assert!(slow.fix && slow.attitude == q);
         let fast = read(&p, 1, Vec3::new(0.0, 0.021, 0.0), q);
         assert!(!fast.fix && fast.attitude == Quat::identity());
         let sigma = Vec3::new(1e-5, -1e-5, 1e-4);
-        let e = StarTracker::build(StarTrackerParams { sigma, rate_max: 0.1 }).err().unwrap();
+        let p = StarTrackerParams { sigma, rate_max: 0.1, gravity: None };
+        let e = StarTracker::build(p).err().unwrap();
         assert!(e.param.as_deref() == Some("sigma") && e.help.is_some());
     }
 }

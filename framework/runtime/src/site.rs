@@ -3,6 +3,7 @@
 //! p_P = X_PW p                            P: axes fixed to the planet, origin at its centre
 //! a   = R_WP g_P(p_P) − ω × (ω × (p − c)) − 2 ω × v       what a body in free fall does in W
 //! ω   = R_WP ẑ rate                       of W in inertial space, constant in W;  c: the planet's centre in W
+//! R_IW(t) = R_IP(0) R_z(rate t) R_PW      I: inertial axes at the planet's centre, those of stars and ephemerides
 //! ```
 //! Terrain, contact, hinges and velocities are those of the site, so that what stands on the ground has
 //! coordinates of metres and velocities of zero. A gravity service that lives in a site ([`Gravity::site`])
@@ -12,7 +13,7 @@
 //! [`Gravity::site`]: crate::Gravity::site
 use crate::ports::NodeState;
 use crate::services::{ServiceObject, Services};
-use linkwork_spatial::{Pose, Vec3};
+use linkwork_spatial::{Pose, Quat, Vec3};
 
 /// Where W is on its planet, and how fast that turns.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,8 @@ pub struct Site {
     pub pose: Pose,
     /// Rate of the planet about z of those axes, rad/s, east positive.
     pub rate: f64,
+    /// `R_IP` at t = 0: those axes in inertial ones.
+    pub start: Quat,
 }
 
 impl Site {
@@ -28,6 +31,13 @@ impl Site {
     #[must_use]
     pub fn omega(&self) -> Vec3 {
         self.pose.rotation.inverse() * (Vec3::z() * self.rate)
+    }
+
+    /// `R_IW` at t (s): a vector in W, in inertial axes.
+    #[must_use]
+    pub fn to_inertial(&self, t: f64) -> Quat {
+        let turned = Quat::from_scaled_axis(Vec3::z() * (self.rate * t));
+        self.start * turned * self.pose.rotation
     }
 
     /// From the planet's centre to `p`, both in W, m.

@@ -1,11 +1,12 @@
 //! `flight.control_moment_gyro`: a wheel of constant speed in a gimbal that turns it.
 //! ```text
 //! h = h₀ (cos δ s + sin δ t)      s, t = a × s, a: axes of the gimbal, fixed in the body
-//! on the body: M = −δ̇ a × h − ω × h        δ̇ = the rate asked for, within its limit
+//! on the body: M = −δ̇ a × h − ω × h        δ̇ = the rate asked for, within its limit; ω: inertial rate of the body
 //! ```
 //! The gimbal follows its rate at once and has no inertia of its own; its motor holds what the body's
-//! turning asks of it. Node z is the gimbal's axis a, x the wheel's axis s at δ = 0.
+//! turning asks of it. Node z is the gimbal's axis a, x the wheel's axis s at δ = 0. Where W is a site, ω is the rate in W and that of the planet.
 
+use super::turning;
 use linkwork_runtime::prelude::*;
 
 /// A gyro.
@@ -20,6 +21,9 @@ pub struct GyroParams {
     /// Greatest rate of the gimbal.
     #[param(unit = "rad/s", default = 1.0, range = 0.0..)]
     pub rate_max: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// Body and command.
@@ -61,16 +65,21 @@ pub struct Gimbal {
 /// A single-gimbal control moment gyro.
 pub struct ControlMomentGyro {
     p: GyroParams,
+    /// Of W in inertial space, rad/s, W.
+    turning: Vec3,
 }
 
 /// A single-gimbal control moment gyro with a wheel of constant speed.
 #[model("flight.control_moment_gyro")]
 impl Model for ControlMomentGyro {
-    const INERTIAL: bool = true;
     type Params = GyroParams;
     type Ud = GyroIn;
     type Yd = GyroOut;
     type X = Gimbal;
+    fn build(p: GyroParams) -> Result<Self, BuildError> {
+        let turning = turning(p.gravity.as_ref());
+        Ok(ControlMomentGyro { p, turning })
+    }
     fn init_x(&self) -> Gimbal {
         Gimbal { angle: self.p.angle }
     }
@@ -79,12 +88,13 @@ impl Model for ControlMomentGyro {
         let axis = R * Vec3::z();
         let rate = u.rate.clamp(-self.p.rate_max, self.p.rate_max);
         let h = R * Vec3::new(x.angle.cos(), x.angle.sin(), 0.0) * self.p.momentum;
-        let moment = -axis.cross(&h) * rate - u.gimbal.angular.cross(&h);
+        let carried = (u.gimbal.angular + self.turning).cross(&h);
+        let moment = -axis.cross(&h) * rate - carried;
         GyroOut {
             load: Wrench { moment, force: Vec3::zeros() },
             angle: x.angle,
             momentum: h,
-            motor: u.gimbal.angular.cross(&h).dot(&axis),
+            motor: carried.dot(&axis),
         }
     }
     fn deriv(&self, _: &Clock, _: &Gimbal, _: &(), _: &(), u: &GyroIn) -> Gimbal {
@@ -95,11 +105,17 @@ impl Model for ControlMomentGyro {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::attitude::tests::{fast_site, turning_node};
+
+    fn gyro(gravity: Option<Handle<dyn Gravity>>) -> ControlMomentGyro {
+        let p = GyroParams { momentum: 30.0, angle: 0.4, rate_max: 1.0, gravity };
+        ControlMomentGyro::build(p).unwrap()
+    }
 
     #[test]
     fn the_load_is_what_the_momentum_loses() {
         // −d/dt of h in inertial axes, by differences, on a turning body.
-        let m = ControlMomentGyro { p: GyroParams { momentum: 30.0, angle: 0.4, rate_max: 1.0 } };
+        let m = gyro(None);
         let (omega, rate) = (Vec3::new(0.02, -0.05, 0.03), 0.6);
         let at = |t: f64| {
             let rotation = Quat::from_scaled_axis(omega * t);
@@ -115,5 +131,31 @@ mod tests {
         let u = GyroIn { gimbal: NodeState::identity(), rate: 7.0 };
         let x = m.deriv(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &(), &u, &(), &GyroOut::zero());
         assert_eq!(x.angle, 1.0);
+    }
+
+    #[test]
+    fn in_a_site_it_is_what_the_momentum_loses_in_inertial_axes() {
+        let (site, gravity) = fast_site();
+        let m = gyro(Some(gravity));
+        let (omega, rate) = (Vec3::new(0.02, -0.05, 0.03), 0.6);
+        let at = |t: f64| {
+            let x = Gimbal { angle: 0.4 + rate * t };
+            let u = GyroIn { gimbal: turning_node(&omega, t), rate };
+            m.direct(&Clock::at(t, 0.01, 0), &x, &(), &u, &())
+        };
+        let momentum = |t: f64| site.to_inertial(t) * at(t).momentum;
+        let (t, h) = (7.0, 1e-5);
+        let slope = (momentum(t + h) - momentum(t - h)) / (2.0 * h);
+        let load = site.to_inertial(t) * at(t).load.moment;
+        assert!((load + slope).norm() < 1e-7, "{load} {slope}");
+        // The planet's part is not small here.
+        let own = gyro(None).direct(
+            &Clock::at(t, 0.01, 0),
+            &Gimbal { angle: 0.4 + rate * t },
+            &(),
+            &GyroIn { gimbal: turning_node(&omega, t), rate },
+            &(),
+        );
+        assert!((own.load.moment - at(t).load.moment).norm() > 0.3);
     }
 }

@@ -1,6 +1,7 @@
 //! `flight.magnetic_field`, `flight.magnetic_torquer`: coils that push against a planet's field.
 //! ```text
-//! B = (a/r)³ (3 (m · r̂) r̂ − m)      a = 6371.2 km, m = (g₁¹, h₁¹, g₁⁰) in the planet's axes, which turn about z of W
+//! B = (a/r)³ (3 (m · r̂) r̂ − m)      a = 6371.2 km, m = (g₁¹, h₁¹, g₁⁰) in the planet's axes, which turn about z of W,
+//!                                    or are those of the site that W is: then the field stands still in W
 //! M = d × B                          d: the dipole of the coils, body axes, within its limit by axis
 //! ```
 
@@ -13,18 +14,21 @@ pub struct FieldParams {
     /// (g₁¹, h₁¹, g₁⁰); as it stands of the Earth in 2020 (IGRF).
     #[param(unit = "T", default = Vec3::new(-1.4509e-6, 4.6525e-6, -2.94048e-5))]
     pub dipole: Vec3,
-    /// Rate of the planet about z of W.
-    #[param(unit = "rad/s", default = 7.292_115e-5)]
-    pub rate: f64,
-    /// Angle from x of W to its prime meridian at t = 0.
-    #[param(unit = "rad", default = 0.0)]
-    pub angle: f64,
+    /// Rate of the planet about z of W; unwritten: the Earth's, and in a site the site's.
+    #[param(unit = "rad/s")]
+    pub rate: Option<f64>,
+    /// Angle from x of W to its prime meridian at t = 0; unwritten: 0, and in a site the site's.
+    #[param(unit = "rad")]
+    pub angle: Option<f64>,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// Where.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FieldIn {
-    /// Where the field is wanted; the planet is at the origin of W.
+    /// Where the field is wanted; the planet is at the origin of W, or under the site that W is.
     #[port(bind = "body")]
     pub body: NodeState,
 }
@@ -42,20 +46,40 @@ pub struct FieldOut {
 
 /// A magnetic field.
 pub struct MagneticField {
-    p: FieldParams,
+    dipole: Vec3,
+    /// Rate (rad/s) and angle (rad) at t = 0 about z of W.
+    turn: (f64, f64),
+    site: Option<Site>,
 }
+
+/// Of the Earth, rad/s.
+const RATE: f64 = 7.292_115e-5;
 
 /// The magnetic field of a planet as a tilted dipole that turns with it.
 #[model("flight.magnetic_field")]
 impl Model for MagneticField {
-    const INERTIAL: bool = true;
     type Params = FieldParams;
     type Ud = FieldIn;
     type Yd = FieldOut;
+    fn build(p: FieldParams) -> Result<Self, BuildError> {
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        for (name, written) in [("rate", p.rate), ("angle", p.angle)] {
+            if let (Some(gravity), Some(_), Some(_)) = (&p.gravity, site, written) {
+                let fact = format!("`{name}` is written, and `{}` knows the site", gravity.path());
+                return Err(BuildError::new(fact).help(format!("take `{name}` out")).at(name));
+            }
+        }
+        let turn = (p.rate.unwrap_or(RATE), p.angle.unwrap_or(0.0));
+        Ok(MagneticField { dipole: p.dipole, turn, site })
+    }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &FieldIn) -> FieldOut {
-        let p = &self.p;
-        let turn = Quat::from_scaled_axis(Vec3::z() * (p.angle + p.rate * c.t));
-        let field = turn * dipole(&p.dipole, &(turn.inverse() * u.body.position));
+        let field = if let Some(site) = &self.site {
+            site.from_planet_axes(&dipole(&self.dipole, &site.to_planet(&u.body.position)))
+        } else {
+            let (rate, angle) = self.turn;
+            let turn = Quat::from_scaled_axis(Vec3::z() * (angle + rate * c.t));
+            turn * dipole(&self.dipole, &(turn.inverse() * u.body.position))
+        };
         FieldOut { field, in_body: u.body.rotation.inverse() * field }
     }
 }
@@ -115,12 +139,13 @@ impl Model for MagneticTorquer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::attitude::tests::fast_site;
 
     #[test]
     fn the_field_turns_with_the_planet() {
         let dipole = Vec3::new(-1.4509e-6, 4.6525e-6, -2.94048e-5);
-        let p = FieldParams { dipole, rate: 1e-4, angle: 0.3 };
-        let m = MagneticField { p };
+        let p = FieldParams { dipole, rate: Some(1e-4), angle: Some(0.3), gravity: None };
+        let m = MagneticField::build(p).unwrap();
         // Computed elsewhere, in the planet's axes.
         let r = Vec3::new(6.9e6, 1.0e6, 2.0e6);
         let want =
@@ -131,6 +156,43 @@ mod tests {
         let y = m.direct(&Clock::at(500.0, 0.1, 0), &(), &(), &FieldIn { body }, &());
         assert!((turn.inverse() * y.field - want).norm() < 1e-18, "{}", y.field);
         assert!((rotation * y.in_body - y.field).norm() < 1e-20);
+    }
+
+    #[test]
+    fn from_a_site_it_is_the_field_of_inertial_axes() {
+        let (site, gravity) = fast_site();
+        let dipole = Vec3::new(-1.4509e-6, 4.6525e-6, -2.94048e-5);
+        let p = FieldParams { dipole, rate: None, angle: None, gravity: Some(gravity) };
+        let here = MagneticField::build(p.clone()).unwrap();
+        // Axes in which the planet turns about z, as the other one has them.
+        let about_z = Site { start: Quat::from_scaled_axis(Vec3::z() * 0.3), ..site };
+        let (rate, angle) = (Some(site.rate), Some(0.3));
+        let there = FieldParams { dipole, rate, angle, gravity: None };
+        let there = MagneticField::build(there).unwrap();
+        let body = NodeState {
+            position: Vec3::new(3e5, -2e5, 1e5),
+            rotation: Quat::from_euler_angles(0.4, 0.2, -0.6),
+            ..NodeState::identity()
+        };
+        for t in [0.0, 40.0] {
+            let turn = about_z.to_inertial(t);
+            let (position, rotation) =
+                (turn * site.from_centre(&body.position), turn * body.rotation);
+            let outside = NodeState { position, rotation, ..body };
+            let c = Clock::at(t, 0.1, 0);
+            let a = here.direct(&c, &(), &(), &FieldIn { body }, &());
+            let b = there.direct(&c, &(), &(), &FieldIn { body: outside }, &());
+            assert!((turn * a.field - b.field).norm() < 1e-18, "{} {}", a.field, b.field);
+            assert!((a.in_body - b.in_body).norm() < 1e-18 && a.field.norm() > 1e-6);
+        }
+        for (wrong, name) in [
+            (FieldParams { rate: Some(0.05), ..p.clone() }, "rate"),
+            (FieldParams { angle: Some(0.3), ..p }, "angle"),
+        ] {
+            let e = MagneticField::build(wrong).err().unwrap();
+            assert!(e.message.contains("`gravity` knows the site"), "{}", e.message);
+            assert!(e.param.as_deref() == Some(name) && e.help.unwrap().contains(name));
+        }
     }
 
     #[test]

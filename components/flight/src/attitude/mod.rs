@@ -5,3 +5,46 @@ pub mod control_moment_gyro;
 pub mod magnetic;
 pub mod reaction_wheel;
 pub mod thrust_vector;
+
+use linkwork_runtime::prelude::*;
+
+/// Angular velocity (rad/s, W) of W in inertial space: of the site that gravity knows, or none.
+fn turning(gravity: Option<&Handle<dyn Gravity>>) -> Vec3 {
+    gravity.and_then(|g| g.site()).map_or_else(Vec3::zeros, |s| s.omega())
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::guidance::planet::tests::Point;
+    use std::sync::Arc;
+
+    /// A site of a planet that turns fast, and the gravity that knows it.
+    pub fn fast_site() -> (Site, Handle<dyn Gravity>) {
+        let pose = linkwork_spatial::Pose::new(
+            Quat::from_euler_angles(0.3, -0.8, 1.1),
+            Vec3::new(2e6, -1e6, 2.4e6),
+        );
+        let start = Quat::from_euler_angles(-0.4, 0.2, 0.9);
+        let site = Site { pose, rate: 0.05, start };
+        let point = Point { mu: 4.3e13, site: Some(site) };
+        (site, Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>))
+    }
+
+    /// A node that turns in W at `omega` (rad/s, W), at t.
+    pub fn turning_node(omega: &Vec3, t: f64) -> NodeState {
+        let rotation = Quat::from_scaled_axis(omega * t) * Quat::from_euler_angles(0.2, 0.5, -1.0);
+        NodeState { rotation, angular: *omega, ..NodeState::identity() }
+    }
+
+    #[test]
+    fn the_turning_is_that_of_inertial_axes() {
+        let (site, gravity) = fast_site();
+        let h = 1e-4;
+        // Of axes of W in inertial ones, by differences.
+        let turned = site.to_inertial(-h).inverse() * site.to_inertial(h);
+        let rate = turned.scaled_axis() / (2.0 * h);
+        assert!((rate - turning(Some(&gravity))).norm() < 1e-9, "{rate}");
+        assert_eq!(turning(None), Vec3::zeros());
+    }
+}

@@ -7,8 +7,10 @@
 //! static imbalance   F = U_s Ω² a(θ)       dynamic   T = U_d Ω² a(θ)       θ̇ = Ω,  a ⊥ g turns with the wheel
 //! ```
 //! The body's inertia in the file has the wheel's mass and its inertia across g, and not J about g: the
-//! absolute axial momentum h is a state of its own, so that no acceleration is needed. Node z is g.
+//! absolute axial momentum h is a state of its own, so that no acceleration is needed. Node z is g. Where W is a site, ω is the rate in W and
+//! that of the planet: of its turning the mechanism knows the body, and this model the wheel.
 
+use super::turning;
 use linkwork_runtime::prelude::*;
 
 /// A wheel.
@@ -17,7 +19,7 @@ pub struct WheelParams {
     /// Inertia J about the spin axis.
     #[param(unit = "kg m^2", range = 1e-9..)]
     pub inertia: f64,
-    /// Speed against the body at the start, when that does not turn.
+    /// Speed against the body at the start, when that does not turn in inertial axes.
     #[param(unit = "rad/s", default = 0.0)]
     pub speed: f64,
     /// Greatest torque of the motor.
@@ -47,6 +49,9 @@ pub struct WheelParams {
     /// Dynamic imbalance U_d.
     #[param(unit = "kg m^2", default = 0.0, range = 0.0..)]
     pub dynamic_imbalance: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// Body and command.
@@ -91,6 +96,8 @@ pub struct Spin {
 /// A reaction wheel.
 pub struct ReactionWheel {
     p: WheelParams,
+    /// Of W in inertial space, rad/s, W.
+    turning: Vec3,
 }
 
 impl ReactionWheel {
@@ -109,11 +116,14 @@ impl ReactionWheel {
 /// A reaction wheel with friction, limits and imbalance.
 #[model("flight.reaction_wheel")]
 impl Model for ReactionWheel {
-    const INERTIAL: bool = true;
     type Params = WheelParams;
     type Ud = WheelIn;
     type Yd = WheelOut;
     type X = Spin;
+    fn build(p: WheelParams) -> Result<Self, BuildError> {
+        let turning = turning(p.gravity.as_ref());
+        Ok(ReactionWheel { p, turning })
+    }
     fn init_x(&self) -> Spin {
         Spin { momentum: self.p.inertia * self.p.speed, angle: 0.0 }
     }
@@ -121,13 +131,14 @@ impl Model for ReactionWheel {
         let p = &self.p;
         let R = u.wheel.rotation;
         let axis = R * Vec3::z();
-        let speed = x.momentum / p.inertia - axis.dot(&u.wheel.angular);
+        let rate = u.wheel.angular + self.turning;
+        let speed = x.momentum / p.inertia - axis.dot(&rate);
         let mut torque = u.torque.clamp(-p.torque_max, p.torque_max);
         if speed.abs() >= p.speed_max && torque * speed > 0.0 {
             torque = 0.0;
         }
         let net_torque = torque - self.friction(speed);
-        let moment = -axis * net_torque - u.wheel.angular.cross(&axis) * x.momentum;
+        let moment = -axis * net_torque - rate.cross(&axis) * x.momentum;
         let mut load = Wrench { moment, force: Vec3::zeros() };
         if p.static_imbalance != 0.0 || p.dynamic_imbalance != 0.0 {
             let (sin, cos) = x.angle.sin_cos();
@@ -154,6 +165,7 @@ impl Model for ReactionWheel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::attitude::tests::{fast_site, turning_node};
 
     fn params() -> WheelParams {
         WheelParams {
@@ -168,6 +180,7 @@ mod tests {
             viscous: 1e-5,
             static_imbalance: 2.8e-6,
             dynamic_imbalance: 7.7e-7,
+            gravity: None,
         }
     }
 
@@ -179,7 +192,7 @@ mod tests {
     #[test]
     fn imbalance_of_a_published_wheel_at_600_rad_s() {
         // HR16: 1.008 N and 0.2772 N m.
-        let m = ReactionWheel { p: params() };
+        let m = ReactionWheel::build(params()).unwrap();
         let y = at(&m, &Spin { angle: 0.7, ..m.init_x() }, 0.0, Vec3::zeros());
         assert!((y.load.force.norm() - 1.008).abs() < 1e-12);
         let across = Vec3::new(y.load.moment.x, y.load.moment.y, 0.0);
@@ -188,7 +201,7 @@ mod tests {
 
     #[test]
     fn friction_is_against_the_motion_and_falls_after_breakaway() {
-        let m = ReactionWheel { p: params() };
+        let m = ReactionWheel::build(params()).unwrap();
         assert!((m.friction(0.05) - 0.003).abs() < 1e-5 && m.friction(0.0) == 0.0);
         assert!((m.friction(100.0) - 0.003).abs() < 1e-12, "0.002 + 1e-5 · 100");
         assert_eq!(m.friction(-30.0), -m.friction(30.0));
@@ -196,7 +209,7 @@ mod tests {
 
     #[test]
     fn the_motor_has_its_limits() {
-        let m = ReactionWheel { p: params() };
+        let m = ReactionWheel::build(params()).unwrap();
         let net = |torque: f64| at(&m, &m.init_x(), torque, Vec3::zeros()).net_torque;
         let friction = m.friction(600.0);
         assert!((net(1.0) - (0.2 - friction)).abs() < 1e-15);
@@ -208,12 +221,37 @@ mod tests {
         assert!((y.speed - 595.0).abs() < 1e-10);
     }
 
+    #[test]
+    fn in_a_site_the_load_is_what_its_momentum_loses_in_inertial_axes() {
+        let (site, gravity) = fast_site();
+        let mut p = params();
+        (p.static_imbalance, p.dynamic_imbalance) = (0.0, 0.0);
+        p.gravity = Some(gravity);
+        let m = ReactionWheel::build(p).unwrap();
+        let omega = Vec3::new(0.02, -0.05, 0.03);
+        let (t, h) = (7.0, 1e-5);
+        let y = |t: f64, momentum: f64| {
+            let u = WheelIn { wheel: turning_node(&omega, t), torque: 0.1 };
+            m.direct(&Clock::at(t, 0.01, 0), &Spin { momentum, angle: 0.0 }, &(), &u, &())
+        };
+        let axis = |t: f64| site.to_inertial(t) * (turning_node(&omega, t).rotation * Vec3::z());
+        let now = y(t, 30.0);
+        let vector = |by: f64| axis(t + by) * (30.0 + now.net_torque * by);
+        let slope = (vector(h) - vector(-h)) / (2.0 * h);
+        let load = site.to_inertial(t) * now.load.moment;
+        assert!((load + slope).norm() < 1e-7, "{load} {slope}");
+        // Its speed is against the body: in inertial axes that turns with W, too.
+        let node = turning_node(&omega, t);
+        let about = (node.rotation * Vec3::z()).dot(&(omega + site.omega()));
+        assert!((0.0796 * (now.speed + about) - 30.0).abs() < 1e-12, "{}", now.speed);
+    }
+
     /// Free body and wheel: total momentum in inertial axes stays, whatever the motor does.
     #[test]
     fn momentum_goes_from_the_body_to_the_wheel_and_none_is_lost() {
         let mut p = params();
         (p.static_imbalance, p.dynamic_imbalance) = (0.0, 0.0);
-        let m = ReactionWheel { p };
+        let m = ReactionWheel::build(p).unwrap();
         let inertia = Vec3::new(60.0, 50.0, 40.0);
         let mut y = [0.0, 0.0, 0.0, 1.0, 0.03, -0.02, 0.05, 0.0796 * 100.0];
         let node = |y: &[f64; 8]| {

@@ -24,8 +24,8 @@ struct Seen {
 }
 
 /// None without an orbit, which has no axes.
-fn seen(u: &StationIn) -> Option<Seen> {
-    let (position, velocity, R, n) = relative(&u.chief, &u.deputy)?;
+fn seen(site: Option<&Site>, u: &StationIn) -> Option<Seen> {
+    let (position, velocity, R, n) = relative(site, &u.chief, &u.deputy)?;
     // n² = μ/r³, with r = 1.
     let field = ClohessyWiltshire::new(n * n, 1.0).ok()?;
     Some(Seen { position, velocity, R, field })
@@ -52,6 +52,9 @@ pub struct TransferParams {
     /// Time before the arrival from which on nothing is done: the law asks for more and more there.
     #[param(unit = "s", default = 60.0, range = 1e-3..)]
     pub freeze: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// What a transfer wants.
@@ -93,6 +96,7 @@ pub struct TransferCost {
 /// A transfer by impulses.
 pub struct Transfer {
     p: TransferParams,
+    site: Option<Site>,
 }
 
 impl Transfer {
@@ -102,7 +106,7 @@ impl Transfer {
         let to_go = p.arrival - c.t;
         let nothing =
             TransferOut { force: Vec3::zeros(), missing: 0.0, to_go, distance: 0.0, lost: true };
-        let Some(s) = seen(u) else { return nothing };
+        let Some(s) = seen(self.site.as_ref(), u) else { return nothing };
         let nothing = TransferOut { distance: (s.position - p.place).norm(), ..nothing };
         if to_go < p.freeze {
             return TransferOut { lost: false, ..nothing };
@@ -121,12 +125,15 @@ impl Transfer {
 /// Brings a deputy to a place beside its chief at a time, by impulses that are corrected on the way; sampled.
 #[model("flight.transfer")]
 impl Model for Transfer {
-    const INERTIAL: bool = true;
     type Params = TransferParams;
     type Ud = StationIn;
     type Ym = TransferCost;
     type Yd = TransferOut;
     type D = Taken;
+    fn build(p: TransferParams) -> Result<Self, BuildError> {
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        Ok(Transfer { p, site })
+    }
     fn moore(&self, _: &Clock, _: &(), d: &Taken) -> TransferCost {
         TransferCost { dv: d.dv }
     }
@@ -162,6 +169,9 @@ pub struct GlideslopeParams {
     /// Greatest force.
     #[param(unit = "N", default = f64::INFINITY, range = 0.0..)]
     pub force_max: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// What a glideslope wants, and where it is.
@@ -187,18 +197,22 @@ pub struct GlideslopeOut {
 /// A glideslope approach.
 pub struct Glideslope {
     p: GlideslopeParams,
+    site: Option<Site>,
 }
 
 /// Approaches a place beside a chief on a straight line, slower as it comes nearer.
 #[model("flight.glideslope")]
 impl Model for Glideslope {
-    const INERTIAL: bool = true;
     type Params = GlideslopeParams;
     type Ud = StationIn;
     type Yd = GlideslopeOut;
+    fn build(p: GlideslopeParams) -> Result<Self, BuildError> {
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        Ok(Glideslope { p, site })
+    }
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &StationIn) -> GlideslopeOut {
         let p = &self.p;
-        let Some(s) = seen(u) else {
+        let Some(s) = seen(self.site.as_ref(), u) else {
             let force = Vec3::zeros();
             return GlideslopeOut { force, distance: 0.0, closing: 0.0, wanted: 0.0, across: 0.0 };
         };
@@ -227,8 +241,9 @@ mod tests {
     use super::*;
 
     fn transfer(place: Vec3, arrival: f64, deadband: f64) -> Transfer {
-        let (mass, force_max, freeze) = (100.0, 1e9, 20.0);
-        Transfer { p: TransferParams { place, arrival, mass, force_max, deadband, freeze } }
+        let (mass, force_max, freeze, gravity) = (100.0, 1e9, 20.0, None);
+        let p = TransferParams { place, arrival, mass, force_max, deadband, freeze, gravity };
+        Transfer::build(p).unwrap()
     }
 
     fn rate() -> f64 {
@@ -332,8 +347,9 @@ mod tests {
             time_constant: 5.0,
             mass: 100.0,
             force_max: f64::INFINITY,
+            gravity: None,
         };
-        Glideslope { p }
+        Glideslope::build(p).unwrap()
     }
 
     #[test]

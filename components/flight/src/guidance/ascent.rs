@@ -253,7 +253,7 @@ mod tests {
     fn it_pushes_alike_in_inertial_axes_and_from_a_site() {
         let turn = Quat::from_euler_angles(0.3, -0.8, 1.1);
         let pose = linkwork_spatial::Pose::new(turn, Vec3::new(3e6, -4e6, 3.9e6));
-        let site = Site { pose, rate: 7.292e-5 };
+        let site = Site { pose, rate: 7.292e-5, start: Quat::identity() };
         let (radius, along) = (6_378_137.0 + 200e3, 7784.0);
         let body = NodeState {
             position: Vec3::new(4e5, 2e4, 9e4),

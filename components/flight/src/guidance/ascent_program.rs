@@ -173,7 +173,7 @@ mod tests {
         let place = linkwork_world::planet::Geodetic { latitude, longitude: -1.4, altitude: 10.0 };
         let ellipsoid = linkwork_world::planet::Ellipsoid::wgs84();
         let pose = linkwork_world::planet::Site::new(&ellipsoid, place, heading).pose;
-        Site { pose, rate: 7.29e-5 }
+        Site { pose, rate: 7.29e-5, start: Quat::identity() }
     }
 
     #[test]

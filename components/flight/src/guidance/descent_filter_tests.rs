@@ -15,7 +15,11 @@ fn site() -> Site {
     let rotation = Quat::from_rotation_matrix(
         &linkwork_spatial::nalgebra::Rotation3::from_matrix_unchecked(axes),
     );
-    Site { pose: Pose { rotation, position: up * RADIUS }, rate: 7.088_218_1e-5 }
+    Site {
+        pose: Pose { rotation, position: up * RADIUS },
+        rate: 7.088_218_1e-5,
+        start: Quat::identity(),
+    }
 }
 
 fn gravity(site: Option<Site>) -> Handle<dyn Gravity> {

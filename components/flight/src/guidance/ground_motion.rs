@@ -168,7 +168,7 @@ mod tests {
             site: None,
             ground_radius: radius,
             planet_rate: None,
-            gravity: gravity(Some(Site { pose, rate })),
+            gravity: gravity(Some(Site { pose, rate, start: Quat::identity() })),
         });
         let local = east_north_up(&pose.position);
         let moving = local * Vec3::new(0.0, 30.0, 40.0);

@@ -95,7 +95,7 @@ pub(crate) mod tests {
     fn what_stands_on_the_ground_moves_with_the_planet() {
         let turn = Quat::from_euler_angles(0.3, -0.8, 1.1);
         let pose = linkwork_spatial::Pose::new(turn, Vec3::new(2e6, -1e6, 2.4e6));
-        let site = Site { pose, rate: 7e-5 };
+        let site = Site { pose, rate: 7e-5, start: Quat::identity() };
         let node = NodeState { position: Vec3::new(3.0, -4.0, 12.0), ..NodeState::identity() };
         let (r, v) = inertial(Some(&site), &node);
         let p = site.to_planet(&node.position);
@@ -107,7 +107,8 @@ pub(crate) mod tests {
     #[test]
     fn a_rate_that_is_not_the_sites_is_refused() {
         let pose = linkwork_spatial::Pose::new(Quat::identity(), Vec3::z() * 3.4e6);
-        let point = Point { mu: 4.3e13, site: Some(Site { pose, rate: 7e-5 }) };
+        let point =
+            Point { mu: 4.3e13, site: Some(Site { pose, rate: 7e-5, start: Quat::identity() }) };
         let gravity = Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>);
         let e = Seen::new(&gravity, Some(7.1e-5)).err().unwrap();
         assert!(e.message.contains("7.1e-5") || e.message.contains("0.000071"), "{}", e.message);

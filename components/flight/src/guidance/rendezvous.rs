@@ -5,8 +5,9 @@
 //! F = m a, cut off at F_max, in W
 //! ```
 //! What the orbit does is taken away first, so that the error decays as e^(−ζωt) on a circular orbit.
-//! Transfers and approaches are in `approach`.
+//! r and v are inertial: where W is a site, its planet's turning is added. Transfers and approaches are in `approach`.
 
+use super::planet::inertial;
 use linkwork_runtime::prelude::*;
 
 /// Place and law.
@@ -27,12 +28,15 @@ pub struct StationParams {
     /// Greatest force F_max.
     #[param(unit = "N", default = f64::INFINITY, range = 0.0..)]
     pub force_max: f64,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// The two craft.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct StationIn {
-    /// The chief; the planet is at the origin of W.
+    /// The chief; the planet is at the origin of W, or under the site that W is.
     #[port(bind = "chief")]
     pub chief: NodeState,
     /// The deputy.
@@ -57,22 +61,29 @@ pub struct StationOut {
 /// Station keeping.
 pub struct StationKeeping {
     p: StationParams,
+    site: Option<Site>,
 }
 
 /// Position and velocity of the deputy in the chief's turning axes, the rotation from these to W, and n; none where
-/// the chief is on no orbit, which has no axes.
-pub fn relative(chief: &NodeState, deputy: &NodeState) -> Option<(Vec3, Vec3, Quat, f64)> {
-    let h = chief.position.cross(&chief.velocity);
+/// the chief is on no orbit, which has no axes. W is inertial with the planet at its origin, or a site.
+pub fn relative(
+    site: Option<&Site>,
+    chief: &NodeState,
+    deputy: &NodeState,
+) -> Option<(Vec3, Vec3, Quat, f64)> {
+    let (r, v) = inertial(site, chief);
+    let h = r.cross(&v);
     if !(h.norm() > 0.0) {
         return None;
     }
-    let (x, z) = (chief.position.normalize(), h.normalize());
+    let (x, z) = (r.normalize(), h.normalize());
     let y = z.cross(&x);
     let axes = linkwork_spatial::Mat3::from_columns(&[x, y, z]);
     let R = linkwork_spatial::quat(&axes);
-    let n = h.norm() / chief.position.norm_squared();
+    let n = h.norm() / r.norm_squared();
+    let (_, other) = inertial(site, deputy);
     let r = R.inverse() * (deputy.position - chief.position);
-    let v = R.inverse() * (deputy.velocity - chief.velocity) - Vec3::z().cross(&r) * n;
+    let v = R.inverse() * (other - v) - Vec3::z().cross(&r) * n;
     Some((r, v, R, n))
 }
 
@@ -85,13 +96,16 @@ pub(super) fn at_most(force: Vec3, most: f64) -> Vec3 {
 /// Holds a deputy at a place in the turning axes of a chief.
 #[model("flight.station_keeping")]
 impl Model for StationKeeping {
-    const INERTIAL: bool = true;
     type Params = StationParams;
     type Ud = StationIn;
     type Yd = StationOut;
+    fn build(p: StationParams) -> Result<Self, BuildError> {
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        Ok(StationKeeping { p, site })
+    }
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &StationIn) -> StationOut {
         let p = &self.p;
-        let Some((r, v, R, n)) = relative(&u.chief, &u.deputy) else {
+        let Some((r, v, R, n)) = relative(self.site.as_ref(), &u.chief, &u.deputy) else {
             let zero = Vec3::zeros();
             return StationOut { force: zero, position: zero, velocity: zero };
         };
@@ -150,14 +164,15 @@ pub(super) mod tests {
             let d = slope(t + h, &at(&c, 1.0));
             y = std::array::from_fn(|i| y[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]));
         }
-        let (r, v, _, _) = relative(&node(&y[..6]), &node(&y[6..])).unwrap();
+        let (r, v, _, _) = relative(None, &node(&y[..6]), &node(&y[6..])).unwrap();
         (r, v)
     }
 
     /// The deputy of 100 kg under the law, from one place.
     fn kept(place: Vec3, until: f64, force_max: f64) -> (Vec3, Vec3) {
-        let p = StationParams { place, frequency: 0.01, damping: 1.0, mass: 100.0, force_max };
-        let m = StationKeeping { p };
+        let (frequency, damping, mass) = (0.01, 1.0, 100.0);
+        let p = StationParams { place, frequency, damping, mass, force_max, gravity: None };
+        let m = StationKeeping::build(p).unwrap();
         let start = (Vec3::new(20.0, -150.0, 8.0), Vec3::new(0.015, -0.05, -0.01));
         fly(start, until, 0.5, &mut |t, chief, deputy| {
             let u = StationIn { chief: *chief, deputy: *deputy };

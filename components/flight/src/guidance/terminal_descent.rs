@@ -237,7 +237,7 @@ mod tests {
             Quat::from_scaled_axis(Vec3::new(0.2, 0.5, -0.1)),
             Vec3::new(3.0e6, 1.0e6, 4e5),
         );
-        for site in [None, Some(Site { pose, rate: 0.0 })] {
+        for site in [None, Some(Site { pose, rate: 0.0, start: Quat::identity() })] {
             let gravity = Arc::new(Around { mu: MU, site }) as Arc<dyn Gravity>;
             let p = TerminalDescentParams {
                 planet_rate: Some(0.0),

@@ -170,7 +170,7 @@ mod tests {
             Quat::from_scaled_axis(Vec3::new(0.2, 0.5, -0.1)),
             Vec3::new(3.0e6, 1.0e6, 4e5),
         );
-        let site = Site { pose, rate: 7e-5 };
+        let site = Site { pose, rate: 7e-5, start: Quat::identity() };
         let m = law(0.6, Vec3::x(), Some(site));
         let there = NodeState { position: Vec3::new(400.0, -3e3, 900.0), ..NodeState::identity() };
         let up = site.from_centre(&there.position).normalize();

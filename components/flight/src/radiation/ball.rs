@@ -1,12 +1,12 @@
 //! `flight.radiation_pressure`: sunlight presses on a ball, except in the shadow of its planet.
 //! ```text
 //! F = −ν P (AU/d)² C_r A ŝ        P = 4.56e-6 N/m²; ŝ, d from the body to the Sun
-//! ν = visible part of the Sun's disc behind a round planet at the origin of W (Montenbruck & Gill, 3.4.2)
+//! ν = visible part of the Sun's disc behind a round planet (Montenbruck & Gill, 3.4.2)
 //! ```
 //! Edges of penumbra and umbra are events: an adaptive integrator stops at them instead of stumbling over them.
 //! The force acts at the node and gives no moment there.
 
-use super::{Edges, look};
+use super::{Edges, Sky, look};
 use linkwork_runtime::prelude::*;
 use linkwork_world::eclipse::{cannonball, pressure};
 
@@ -22,9 +22,12 @@ pub struct RadiationParams {
     /// Radius of the planet that casts a shadow; 0: none.
     #[param(unit = "m", default = 6_378_137.0, range = 0.0..)]
     pub planet_radius: f64,
-    /// The Sun, seen from the origin of W.
+    /// The Sun, seen from the planet's centre.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// The body.
@@ -52,20 +55,31 @@ pub struct RadiationOut {
 /// Pressure of sunlight.
 pub struct RadiationPressure {
     p: RadiationParams,
+    site: Option<Site>,
 }
 
-/// Pressure of sunlight on a ball, with the conical shadow of the planet at the origin of W.
+impl RadiationPressure {
+    fn look(&self, c: &Clock, u: &RadiationIn) -> Sky {
+        let p = &self.p;
+        look(&*p.sun, self.site.as_ref(), p.planet_radius, c.t, &u.body.position)
+    }
+}
+
+/// Pressure of sunlight on a ball, with the conical shadow of the planet.
 #[model("flight.radiation_pressure")]
 impl Model for RadiationPressure {
-    const INERTIAL: bool = true;
     type Params = RadiationParams;
     type Ud = RadiationIn;
     type Yd = RadiationOut;
     type G = Edges;
+    fn build(p: RadiationParams) -> Result<Self, BuildError> {
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        Ok(RadiationPressure { p, site })
+    }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &RadiationIn) -> RadiationOut {
-        let (sun, discs) = look(&*self.p.sun, self.p.planet_radius, c.t, u.body.position);
-        let to_sun = sun - u.body.position;
-        let visible = discs.visible_fraction();
+        let sky = self.look(c, u);
+        let to_sun = sky.sun - sky.body;
+        let visible = sky.discs.visible_fraction();
         // Area over a mass of 1 kg: newtons.
         let force = cannonball(&to_sun, self.p.area, self.p.reflectivity, visible);
         RadiationOut {
@@ -75,7 +89,7 @@ impl Model for RadiationPressure {
         }
     }
     fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &RadiationIn) -> Edges {
-        Edges::of(&look(&*self.p.sun, self.p.planet_radius, c.t, u.body.position).1)
+        Edges::of(&self.look(c, u).discs)
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
     fn fired(&self, _: &Clock, _: usize) -> ((), ()) {
@@ -96,18 +110,44 @@ mod tests {
     }
 
     fn lit(at: Vec3) -> (RadiationOut, Edges) {
-        let sun = Arc::new(Along(Vec3::x())) as Arc<dyn Sun>;
+        lit_from(at, Vec3::x(), None)
+    }
+
+    fn lit_from(
+        at: Vec3,
+        sun: Vec3,
+        gravity: Option<Handle<dyn Gravity>>,
+    ) -> (RadiationOut, Edges) {
+        let sun = Arc::new(Along(sun)) as Arc<dyn Sun>;
         let p = RadiationParams {
             area: 18.0,
             reflectivity: 1.3,
             planet_radius: 6_378_137.0,
             sun: Handle::new("sun", sun),
+            gravity,
         };
-        let model = RadiationPressure { p };
+        let model = RadiationPressure::build(p).unwrap();
         let body = NodeState { position: at, ..NodeState::identity() };
         let (c, u) = (Clock::at(0.0, 0.01, 0), RadiationIn { body });
         let y = model.direct(&c, &(), &(), &u, &());
         (y, model.guards(&c, &(), &(), &(), &u, &()))
+    }
+
+    #[test]
+    fn from_a_site_the_planet_is_below_it() {
+        let (site, gravity) = crate::attitude::tests::fast_site();
+        let to_W = Quat::from_euler_angles(0.7, -0.3, 1.9);
+        // In the light, in the penumbra, in the umbra.
+        for r in
+            [Vec3::new(0.0, 7e6, 0.0), Vec3::new(-7e6, 6.377e6, 0.0), Vec3::new(-7e6, 1e5, 0.0)]
+        {
+            let place = to_W * r - site.from_centre(&Vec3::zeros());
+            let (a, e) = lit(r);
+            let (b, f) = lit_from(place, to_W * Vec3::x(), Some(gravity.clone()));
+            assert!((to_W * a.load.force - b.load.force).norm() < 1e-9 * 4.56e-6, "{a:?} {b:?}");
+            assert!((a.visible - b.visible).abs() < 1e-9, "{a:?} {b:?}");
+            assert!((e.penumbra - f.penumbra).abs() + (e.umbra - f.umbra).abs() < 1e-12);
+        }
     }
 
     #[test]

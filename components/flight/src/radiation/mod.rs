@@ -1,4 +1,7 @@
 //! Light that presses on spacecraft: on a ball, on flat panels; in the sunlight and in the shadow of a planet.
+//!
+//! The planet is at the origin of W, or its centre is where the site that W is says. The Sun is asked for in W, so that it turns there as
+//! its service says: `environment.ephemeris_sun` and `environment.fixed_sun` with a `planet` let it stand among the stars.
 
 pub mod ball;
 pub mod panels;
@@ -24,9 +27,20 @@ impl Edges {
     }
 }
 
-/// The Sun at the time `t` (s) from the origin of W (m), and its disc with that of a planet there in the sky over `r` (m, W).
-fn look(sun: &dyn Sun, planet_radius: f64, t: f64, r: Vec3) -> (Vec3, Discs) {
-    let sun = sun.state(t);
-    let s = sun.direction * (sun.distance_au * AU);
-    (s, Discs::seen(&r, &s, planet_radius, RADIUS_SUN))
+/// What a body sees: all from the planet's centre, axes of W, m.
+struct Sky {
+    /// The body.
+    body: Vec3,
+    /// The Sun.
+    sun: Vec3,
+    /// Its disc and the planet's in the sky over the body.
+    discs: Discs,
+}
+
+/// The sky at the time `t` (s) over `p` (m, W).
+fn look(sun: &dyn Sun, site: Option<&Site>, planet_radius: f64, t: f64, p: &Vec3) -> Sky {
+    let body = site.map_or(*p, |s| s.from_centre(p));
+    let seen = sun.state(t);
+    let sun = seen.direction * (seen.distance_au * AU);
+    Sky { body, sun, discs: Discs::seen(&body, &sun, planet_radius, RADIUS_SUN) }
 }

@@ -5,9 +5,9 @@
 //! planet    p ŝ = −e P (AU/d)²: light that its ground scatters (albedo), and its heat (infrared), as if from one place
 //! ```
 //! Edges of penumbra and umbra are events. No panel shades another: right for convex bodies, an overestimate for others.
-//! The planet is a ball at the origin of W; its light is that of `linkwork_world::eclipse::planet_light`.
+//! The planet is a ball; its light is that of `linkwork_world::eclipse::planet_light`.
 
-use super::{Edges, look};
+use super::{Edges, Sky, look};
 use linkwork_runtime::prelude::*;
 use linkwork_world::eclipse::{planet_light, plate, pressure};
 
@@ -44,9 +44,12 @@ pub struct RadiationPanelParams {
     /// Part of the mean sunlight that it gives off as heat: 1 − albedo in balance.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub infrared: f64,
-    /// The Sun, seen from the origin of W.
+    /// The Sun, seen from the planet's centre.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
+    /// Gravity, which knows the site that W may be.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// The body.
@@ -77,9 +80,15 @@ pub struct LitOut {
 /// Light on panels.
 pub struct PanelRadiation {
     p: RadiationPanelParams,
+    site: Option<Site>,
 }
 
 impl PanelRadiation {
+    fn look(&self, c: &Clock, u: &LitIn) -> Sky {
+        let p = &self.p;
+        look(&*p.sun, self.site.as_ref(), p.planet_radius, c.t, &u.body.position)
+    }
+
     /// Force and moment of light with a pressure (N/m²) from a direction, body axes.
     fn lit(&self, pressure: f64, from: &Vec3) -> (Vec3, Vec3) {
         let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
@@ -95,7 +104,6 @@ impl PanelRadiation {
 /// Pressure of sunlight and of the planet's light on flat panels, with the conical shadow of the planet.
 #[model("flight.panel_radiation_pressure")]
 impl Model for PanelRadiation {
-    const INERTIAL: bool = true;
     type Params = RadiationPanelParams;
     type Ud = LitIn;
     type Yd = LitOut;
@@ -119,11 +127,12 @@ impl Model for PanelRadiation {
             }
             panel.normal /= length;
         }
-        Ok(PanelRadiation { p })
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        Ok(PanelRadiation { p, site })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &LitIn) -> LitOut {
-        let (sun, discs) = look(&*self.p.sun, self.p.planet_radius, c.t, u.body.position);
-        let to_sun = sun - u.body.position;
+        let Sky { body, sun, discs } = self.look(c, u);
+        let to_sun = sun - body;
         let visible = discs.visible_fraction();
         let to_body = u.body.rotation.inverse();
         let d = to_sun.norm();
@@ -131,7 +140,7 @@ impl Model for PanelRadiation {
         let (mut force, mut moment) = self.lit(sunlight, &(to_body * (to_sun / d)));
         let p = &self.p;
         let far = sun.norm();
-        let e = planet_light(&u.body.position, &(sun / far), p.planet_radius, p.albedo, p.infrared);
+        let e = planet_light(&body, &(sun / far), p.planet_radius, p.albedo, p.infrared);
         let share = e.norm();
         let planet_pressure = share * pressure(far);
         if share > 0.0 {
@@ -144,7 +153,7 @@ impl Model for PanelRadiation {
         LitOut { load, visible, pressure: sunlight, planet_pressure }
     }
     fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &LitIn) -> Edges {
-        Edges::of(&look(&*self.p.sun, self.p.planet_radius, c.t, u.body.position).1)
+        Edges::of(&self.look(c, u).discs)
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
     fn fired(&self, _: &Clock, _: usize) -> ((), ()) {
@@ -175,13 +184,23 @@ mod tests {
         albedo: f64,
         infrared: f64,
     ) -> Result<PanelRadiation, BuildError> {
-        let sun = Arc::new(Along(Vec3::x())) as Arc<dyn Sun>;
+        seen_from(panels, (albedo, infrared), Vec3::x(), None)
+    }
+
+    fn seen_from(
+        panels: Vec<LitPanel>,
+        (albedo, infrared): (f64, f64),
+        sun: Vec3,
+        gravity: Option<Handle<dyn Gravity>>,
+    ) -> Result<PanelRadiation, BuildError> {
+        let sun = Arc::new(Along(sun)) as Arc<dyn Sun>;
         PanelRadiation::build(RadiationPanelParams {
             panels,
             planet_radius: 6_378_137.0,
             albedo,
             infrared,
             sun: Handle::new("sun", sun),
+            gravity,
         })
     }
 
@@ -249,6 +268,25 @@ mod tests {
             y.planet_pressure
         );
         assert_eq!(lit(0.0, 0.0).planet_pressure, 0.0);
+    }
+
+    #[test]
+    fn from_a_site_the_planet_is_below_it() {
+        let (site, gravity) = crate::attitude::tests::fast_site();
+        let to_W = Quat::from_euler_angles(0.7, -0.3, 1.9);
+        let attitude = Quat::from_euler_angles(0.1, 0.4, -0.8);
+        let r = Vec3::new(2e6, 6.7e6, 0.3e6);
+        let panels = [Vec3::x(), -Vec3::y(), Vec3::new(-0.3, -0.8, 0.2)];
+        let panels = panels.map(|n| panel(2.0, n, Vec3::new(0.3, -0.2, 0.7))).to_vec();
+        let there = model(panels.clone(), 0.3, 0.7).unwrap();
+        let here = seen_from(panels, (0.3, 0.7), to_W * Vec3::x(), Some(gravity)).unwrap();
+        let a = at(&there, r, attitude);
+        let b = at(&here, to_W * r - site.from_centre(&Vec3::zeros()), to_W * attitude);
+        let scale = a.load.force.norm();
+        assert!(scale > 1e-6 && a.planet_pressure > 1e-7, "{a:?}");
+        assert!((to_W * a.load.force - b.load.force).norm() < 1e-9 * scale, "{a:?} {b:?}");
+        assert!((to_W * a.load.moment - b.load.moment).norm() < 1e-9 * scale, "{a:?} {b:?}");
+        assert!((a.planet_pressure - b.planet_pressure).abs() < 1e-9 * a.planet_pressure);
     }
 
     #[test]

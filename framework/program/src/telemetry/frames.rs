@@ -195,7 +195,7 @@ mod tests {
         let place =
             Geodetic { latitude: 0.0, longitude: std::f64::consts::FRAC_PI_2, altitude: 0.0 };
         let pose = Pose::new(place.east_north_up(), Vec3::new(0.0, 1000.0, 0.0));
-        let site = Site { pose, rate: 0.01 };
+        let site = Site { pose, rate: 0.01, start: Quat::identity() };
         let telemetry = read("planet: (radius: 1000),");
         let frames = Frames::new(&telemetry, Some(site)).unwrap();
         let p = frames.position(
@@ -225,7 +225,7 @@ mod tests {
         let all = told("", None);
         assert!(all.contains("how the planet turns") && all.contains("ellipsoid"), "{all}");
         assert!(all.contains("write planet: (radius"), "{all}");
-        let site = Site { pose: Pose::identity(), rate: 7e-5 };
+        let site = Site { pose: Pose::identity(), rate: 7e-5, start: Quat::identity() };
         let all = told("planet: (radius: 1e6, rate: 8e-5),", Some(site));
         assert!(all.contains("turns at 0.00008 rad/s, that of the simulation at 0.00007"), "{all}");
     }
