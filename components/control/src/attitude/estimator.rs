@@ -5,7 +5,7 @@
 //! at a star fix   δ = 2 vec(q⁻¹ q_s)    S = P_θθ + R    K = P [1 0]ᵀ S⁻¹    P ← (1 − K H) P (1 − K H)ᵀ + K R Kᵀ
 //!                 q ← q exp(K_θ δ)      b ← b + K_b δ
 //! ```
-//! q turns body to W; errors are small turns in body axes. A fix that is further off than `gate` standard
+//! q turns body to inertial axes: W, or those of the stars where W is a site; errors are small turns in body axes. A fix that is further off than `gate` standard
 //! deviations is left out and counted. N: angular random walk (rad/√s), K: rate random walk (rad/s/√s).
 
 use linkwork_runtime::prelude::*;
@@ -43,7 +43,7 @@ pub struct FilterIn {
     /// Rate that the gyro shows, body axes.
     #[port("rad/s")]
     pub gyro: Vec3,
-    /// Attitude that the star tracker shows, body to W.
+    /// Attitude that the star tracker shows, body to inertial axes.
     #[port]
     pub star: Quat,
     /// The star tracker has a fix at this sample.
@@ -54,7 +54,7 @@ pub struct FilterIn {
 /// Estimate.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FilterOut {
-    /// Attitude, body to W.
+    /// Attitude, body to inertial axes.
     #[port]
     pub attitude: Quat,
     /// Rate without the bias, body axes.
@@ -74,7 +74,7 @@ pub struct FilterOut {
 /// State of the filter.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Estimate {
-    /// Attitude, body to W.
+    /// Attitude, body to inertial axes.
     #[port]
     pub attitude: Quat,
     /// Bias of the gyro.

@@ -30,13 +30,13 @@ pub struct PointingParams {
 /// Where it points and should.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PointingIn {
-    /// Attitude, body to W.
+    /// Attitude, body to the axes in which `rate` is counted: inertial ones, if it is of a gyro.
     #[port]
     pub attitude: Quat,
     /// Rate, body axes.
     #[port("rad/s")]
     pub rate: Vec3,
-    /// Attitude that is wanted, body to W.
+    /// Attitude that is wanted, body to the same axes.
     #[port]
     pub target: Quat,
     /// Rate that is wanted, body axes.
