@@ -116,7 +116,7 @@ impl SphericalHarmonics {
     }
 
     /// From the planet's centre to a point (m, W).
-    fn from_centre(&self, p: &Vec3) -> Vec3 {
+    fn around_centre(&self, p: &Vec3) -> Vec3 {
         self.planet.site.map_or(*p, |s| s.from_centre(p))
     }
 
@@ -127,7 +127,7 @@ impl SphericalHarmonics {
 
     /// Acceleration (m/s², W) relative to the planet by the third bodies alone, in the order written; `p` in W.
     pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
-        let r = self.from_centre(&p);
+        let r = self.around_centre(&p);
         self.pullers.iter().map(move |k| third_body(k.mu, &r, &self.towards(k, t)))
     }
 
@@ -138,7 +138,7 @@ impl SphericalHarmonics {
             return Vec3::zeros();
         }
         let raiser = |k: &Puller| TideRaiser { mu: k.mu, position: self.towards(k, t) };
-        let r = self.from_centre(&p);
+        let r = self.around_centre(&p);
         self.pullers.iter().map(|k| solid_tide(k2, radius, &raiser(k), &r)).sum()
     }
 }
@@ -149,7 +149,7 @@ impl Gravity for SphericalHarmonics {
         if self.love.0 == 0.0 { rigid } else { rigid + self.tide(t, p) }
     }
     fn scale(&self, t: f64, p: Vec3) -> f64 {
-        let r = self.from_centre(&p);
+        let r = self.around_centre(&p);
         let own = r.norm() / (self.field.degree() + 2) as f64;
         self.pullers.iter().map(|k| 0.5 * (self.towards(k, t) - r).norm()).fold(own, f64::min)
     }
