@@ -270,6 +270,47 @@ fn ring(count: usize) -> String {
     orbit().replace(CRAFT, &(0..count).map(one).collect::<String>())
 }
 
+/// The same craft as assemblies of a body and five models with wires among them and to the mechanism.
+fn assemblies(count: usize) -> String {
+    const PARTS: &str = "parts: {
+        \"Motion\": (model: \"sensors.motion\", bind: { \"mount\": \"node:hub\" }),
+        \"Target\": (model: \"basics.constant\", params: { \"value\": 1 }),
+        \"Pointing\": (model: \"control.pointing\", params: { \"inertia\": [900, 800, 600], \"frequency\": 0.06 }),
+        \"Wheel\": (model: \"flight.reaction_wheel\", params: { \"inertia\": 0.0796, \"speed\": 100, \"torque_max\": 0.2 },
+            bind: { \"wheel\": \"node:hub/spin\" }),
+        \"Jet\": (model: \"flight.thruster\", params: { \"thrust\": 10 }, bind: { \"nozzle\": \"node:hub/jet\" }),
+    }, wires: [\"Motion.attitude -> Pointing.attitude\", \"Motion.rate -> Pointing.rate\",
+        \"Target.y -> Pointing.target.w\", \"Pointing.torque.z -> Wheel.torque\", \"Target.y -> Jet.command\"]";
+    let one = |k: usize| {
+        let (s, c) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
+        format!(
+            "\"Craft{k}\": (bodies: {{ \"hub\": (parent: \"world\", hinge: Free, mass: 750, inertia: [900, 800, 600],
+                nodes: {{ \"spin\": (position: [0, 0, 0.1]), \"jet\": (position: [0, 0, -1]) }},
+                initial: (position: [{:?}, {:?}, 0], velocity: [{:?}, {:?}, 10], angular: [0.01, 0.02, -0.03])) }},
+                {PARTS}),",
+            7e6 * c,
+            7e6 * s,
+            -7546.0 * s,
+            7546.0 * c
+        )
+    };
+    let craft: String = (0..count).map(one).collect();
+    orbit().replace(CRAFT, "").replace("parts: {", &format!("parts: {{ {craft}"))
+}
+
+/// What it takes to read and make craft that are assemblies with wires: as many times as long for four times as many.
+fn wired() {
+    let made = |count: usize| {
+        let text = assemblies(count);
+        median(|| seconds(|| drop(black_box(common::scene(&text, &[]).unwrap())))) * 1e6
+            / count as f64
+    };
+    let (few, many) = (made(1000), made(4000));
+    println!(
+        "assemblies with five models and five wires: read, made and dropped in {few:.0} µs a craft of 1000, {many:.0} µs of 4000"
+    );
+}
+
 /// A thousand craft in one simulation beside one: a craft and step, and what it takes to make it.
 fn constellation() {
     const COUNT: usize = 1000;
@@ -310,5 +351,6 @@ fn main() {
     }
     if wanted("constellation") {
         constellation();
+        wired();
     }
 }

@@ -171,17 +171,18 @@ impl PortSpec {
     }
 
     /// Name and unit of each lane, relative to the port: `("", "V")`, `(".x", "m")`.
-    pub fn lane_names(&self) -> Vec<(String, &str)> {
-        fn xyz<'u>(stem: &str, unit: &'u str) -> [(String, &'u str); 3] {
-            ["x", "y", "z"].map(|c| (format!("{stem}.{c}"), unit))
-        }
-        let quat = |stem: &str| ["x", "y", "z", "w"].map(|c| (format!("{stem}.{c}"), ""));
-        let unit: &str = &self.unit;
+    pub fn lane_names(&self) -> Vec<(String, Text)> {
+        let none = Text::Borrowed("");
+        let xyz = |stem: &str, unit: &'static str| {
+            ["x", "y", "z"].map(|c| (format!("{stem}.{c}"), Text::from(unit)))
+        };
+        let quat = |stem: &str| ["x", "y", "z", "w"].map(|c| (format!("{stem}.{c}"), none.clone()));
+        let unit = || self.unit.clone();
         match self.kind {
-            PortKind::Bool => vec![(String::new(), "")],
-            PortKind::Numbers if self.lanes == 1 => vec![(String::new(), unit)],
-            PortKind::Numbers => (0..self.lanes).map(|k| (format!("[{k}]"), unit)).collect(),
-            PortKind::Vector => xyz("", unit).to_vec(),
+            PortKind::Bool => vec![(String::new(), none)],
+            PortKind::Numbers if self.lanes == 1 => vec![(String::new(), unit())],
+            PortKind::Numbers => (0..self.lanes).map(|k| (format!("[{k}]"), unit())).collect(),
+            PortKind::Vector => ["x", "y", "z"].map(|c| (format!(".{c}"), unit())).to_vec(),
             PortKind::Quaternion => quat("").to_vec(),
             PortKind::NodeState => {
                 let mut v = xyz(".position", "m").to_vec();
@@ -209,21 +210,23 @@ impl PortSpec {
                 let mut v = xyz(".force", "N").to_vec();
                 v.extend(xyz(".moment", "N m"));
                 let names = ["ahead", "side"];
-                v.extend(names.map(|c| (format!(".resistance.{c}"), "N s/m")));
-                v.extend(names.map(|c| (format!(".limit.{c}"), "N")));
-                v.push((".sinkage".into(), "m"));
+                v.extend(names.map(|c| (format!(".resistance.{c}"), "N s/m".into())));
+                v.extend(names.map(|c| (format!(".limit.{c}"), "N".into())));
+                v.push((".sinkage".into(), "m".into()));
                 v
             }
             PortKind::AddedMass => {
-                let mut v = vec![(".mass".into(), "kg")];
+                let mut v = vec![(".mass".into(), Text::from("kg"))];
                 v.extend(xyz(".first_moment", "kg m"));
                 let names = ["xx", "yy", "zz", "xy", "xz", "yz"];
-                v.extend(names.map(|c| (format!(".inertia.{c}"), "kg m^2")));
+                v.extend(names.map(|c| (format!(".inertia.{c}"), "kg m^2".into())));
                 v
             }
-            PortKind::HingeState => vec![(".angle".into(), "rad"), (".rate".into(), "rad/s")],
-            PortKind::HingeTorque => vec![(String::new(), "N m")],
-            PortKind::HingeAccel => vec![(String::new(), "rad/s^2")],
+            PortKind::HingeState => {
+                vec![(".angle".into(), "rad".into()), (".rate".into(), "rad/s".into())]
+            }
+            PortKind::HingeTorque => vec![(String::new(), "N m".into())],
+            PortKind::HingeAccel => vec![(String::new(), "rad/s^2".into())],
         }
     }
 }

@@ -186,3 +186,54 @@ fn the_hash_of_a_plan_is_the_same_whenever_it_is_asked() {
     assert_eq!((early.hash(), late.hash()), (hash, hash));
     assert_ne!(plan(&swing(Integrator::Rk4, 0.02)).hash(), hash);
 }
+
+/// So many pendulums, each with two springs, and two models that are wired to each other.
+fn pendulums(count: usize) -> Spec {
+    let mut b = Builder::new();
+    let inertia = Matrix3::from_diagonal(&Vec3::new(0.11, 0.23, 0.19));
+    let (mut parts, mut wires, mut binds) = (Vec::new(), Vec::new(), Vec::new());
+    for k in 1000..1000 + count {
+        let mass = MassProperties::new(1.3, [0.1, 0.02, -0.6].into(), inertia);
+        b.body(BodySpec::new(format!("b{k}"), "world").hinge(Hinge::pin(Vec3::y())).mass(mass));
+        for spring in ["left", "right"] {
+            let path = format!("b{k}.{spring}");
+            parts.push(part(&path, "t.spring", &[("k", 3.0)], None));
+            binds.push(BindSpec {
+                part: path,
+                bind: "shaft".into(),
+                target: BindTarget::Hinge { body: format!("b{k}"), index: 0 },
+                origin: Origin::NONE,
+            });
+        }
+        parts.push(part(&format!("b{k}.gain"), "t.gain", &[], None));
+        parts.push(part(&format!("b{k}.sum"), "t.integrator", &[], None));
+        wires.push(wire(&format!("b{k}.gain.y -> b{k}.sum.u")));
+        wires.push(wire(&format!("b{k}.sum.y -> b{k}.gain.u")));
+    }
+    let multibody = Arc::new(b.build().unwrap());
+    let (q, v) = (multibody.neutral_q(), vec![0.0; multibody.nv()]);
+    let mut s = Spec { parts, wires, binds, ..spec(Vec::new(), &[]) };
+    let mut mechanism = MechanismSpec::new("Mechanism", multibody, q, v);
+    mechanism.gravity = Some("none".into());
+    s.set_mechanism(mechanism);
+    s
+}
+
+/// What is looked for one by one through all ports of a mechanism, or gathered anew for each wire, is quadratic in memory that
+/// is asked for, too. What is compared and not kept is seen by `tests/benches/space.rs` alone.
+#[test]
+fn the_work_of_compiling_grows_with_the_number_of_parts_and_no_faster() {
+    let catalogue = catalogue();
+    let asked = |count: usize| {
+        let (spec, files) = (pendulums(count), Files::default());
+        let info = allocation_counter::measure(|| {
+            compile(&spec, &catalogue, &files).unwrap();
+        });
+        [info.count_total, info.bytes_total].map(|n| n as f64 / count as f64)
+    };
+    let (few, many) = (asked(100), asked(1600));
+    println!("allocations and bytes a pendulum: {few:?} of 100, {many:?} of 1600");
+    // Vectors that double, and trees whose leaves are half full, leave some.
+    assert!(many[0] < 1.1 * few[0], "{few:?}, {many:?}");
+    assert!(many[1] < 1.3 * few[1], "{few:?}, {many:?}");
+}

@@ -505,6 +505,7 @@ fn assemble(
         catalogue: options.catalogue,
         files: files_of_parts.clone(),
         mechanism: &simulation.mechanism,
+        found: Default::default(),
     };
     let wires = wiring.wires(cx);
     if !cx.faults.is_empty() {

@@ -6,6 +6,7 @@ use crate::text::value::{Text, outer};
 use linkwork_runtime::{
     Catalogue, Description, PortRef, PortSpec, WireSpec, WireTiming, did_you_mean, remedy,
 };
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -95,9 +96,11 @@ pub(crate) struct Wiring<'a> {
     pub files: linkwork_runtime::Files,
     /// Path of the mechanism: its variables are left to `compile`.
     pub mechanism: &'a str,
+    /// Ports of parts by their paths, as they were found.
+    pub found: RefCell<BTreeMap<&'a str, Option<Arc<Description>>>>,
 }
 
-impl Wiring<'_> {
+impl<'a> Wiring<'a> {
     /// All wires, in canonical order.
     pub fn wires(&self, cx: &mut Cx) -> Vec<WireSpec> {
         let mut instances = Vec::new();
@@ -128,7 +131,7 @@ impl Wiring<'_> {
 
     fn wire(
         &self,
-        scope: &Instance,
+        scope: &'a Instance,
         wire: &Text,
         timing: &WireTiming,
     ) -> Result<Vec<WireSpec>, Problem> {
@@ -177,7 +180,7 @@ impl Wiring<'_> {
     }
 
     /// The ports that one end names, seen from a scope and then from those around it.
-    fn end(&self, scope: &Instance, text: &str, output: bool) -> Result<Vec<End>, Problem> {
+    fn end(&self, scope: &'a Instance, text: &str, output: bool) -> Result<Vec<End>, Problem> {
         let path = segments(text)?;
         let first = path[0].name.as_str();
         let mut here = scope;
@@ -206,7 +209,12 @@ impl Wiring<'_> {
     }
 
     /// Follows a path downwards from an instance.
-    fn down(&self, here: &Instance, path: &[Segment], output: bool) -> Result<Vec<End>, Problem> {
+    fn down(
+        &self,
+        here: &'a Instance,
+        path: &[Segment],
+        output: bool,
+    ) -> Result<Vec<End>, Problem> {
         let (first, rest) = (&path[0], &path[1..]);
         if let Some(index) = first.index {
             let Some(names) = here.arrays.get(&first.name) else {
@@ -244,7 +252,7 @@ impl Wiring<'_> {
         }
     }
 
-    fn below(&self, node: &Node, rest: &[Segment], output: bool) -> Result<Vec<End>, Problem> {
+    fn below(&self, node: &'a Node, rest: &[Segment], output: bool) -> Result<Vec<End>, Problem> {
         match node {
             Node::Model(m) => self.port(m, rest, output),
             Node::Assembly(inner) => match rest {
@@ -265,7 +273,7 @@ impl Wiring<'_> {
     /// begin with it (`drive` for `drive.rate` and `drive.brake`).
     fn exported(
         &self,
-        inner: &Instance,
+        inner: &'a Instance,
         path: &[Segment],
         output: bool,
     ) -> Result<Vec<End>, Problem> {
@@ -346,7 +354,7 @@ impl Wiring<'_> {
     }
 
     /// Checks that an export reaches a port of a model.
-    fn export(&self, inner: &Instance, name: &str) -> Result<(), Problem> {
+    fn export(&self, inner: &'a Instance, name: &str) -> Result<(), Problem> {
         if let Some((first, _)) = name.split_once('.') {
             let outer = inner.exports.keys().find(|other| within(name, other).is_some());
             let fact = match outer {
@@ -381,7 +389,7 @@ impl Wiring<'_> {
         Ok(())
     }
 
-    fn node(&self, path: &str) -> Option<&Node> {
+    fn node(&self, path: &str) -> Option<&'a Node> {
         let (head, name) = path.rsplit_once('.').unwrap_or(("", path));
         self.root.at(head)?.parts.get(name)
     }
@@ -395,12 +403,15 @@ impl Wiring<'_> {
     }
 
     /// Ports of a part; `None` when the catalogue does not know its model, or its parameters do not say.
-    fn ports(&self, m: &ModelInst) -> Option<Arc<Description>> {
-        let files = self.files.first(m.folder.as_deref());
-        self.catalogue.get(&m.model.text)?.describe(&m.params, &files)
+    fn ports(&self, m: &'a ModelInst) -> Option<Arc<Description>> {
+        let find = || {
+            let files = self.files.first(m.folder.as_deref());
+            self.catalogue.get(&m.model.text)?.describe(&m.params, &files)
+        };
+        self.found.borrow_mut().entry(&m.path).or_insert_with(find).clone()
     }
 
-    fn port(&self, m: &ModelInst, rest: &[Segment], output: bool) -> Result<Vec<End>, Problem> {
+    fn port(&self, m: &'a ModelInst, rest: &[Segment], output: bool) -> Result<Vec<End>, Problem> {
         let part = &m.path;
         let described = self.ports(m);
         let ports: Option<Vec<&PortSpec>> = described.as_deref().map(|d| match output {
@@ -428,7 +439,7 @@ impl Wiring<'_> {
         if plain && let Some(spec) = ports.iter().find(|p| p.name == bare) {
             let Some(Index::All) = last.index else { return Ok(vec![one(&bare, lane)]) };
             let lanes = spec.lane_names();
-            let lane = |(k, (suffix, _)): (usize, &(String, &str))| match suffix.strip_prefix('.') {
+            let lane = |(k, (suffix, _)): (usize, &(String, _))| match suffix.strip_prefix('.') {
                 Some(word) => one(&format!("{bare}.{word}"), None),
                 None if suffix.is_empty() => one(&bare, None),
                 None => one(&bare, Some(k)),

@@ -67,7 +67,9 @@ pub(super) fn bind(
 pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Vec<Fault>) {
     for (k, part) in parts.iter().enumerate() {
         let d = part.prototype.description();
-        let drives = d.all_outputs().any(|p| p.kind == PortKind::HingeTorque && p.bind.is_some());
+        if !d.all_outputs().any(|p| p.kind == PortKind::HingeTorque && p.bind.is_some()) {
+            continue;
+        }
         let own: Vec<(usize, &str)> = (d.all_inputs())
             .scan(0, |lane, p| {
                 let first = *lane;
@@ -78,7 +80,7 @@ pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Ve
             .map(|(lane, p)| (lane, &*p.name))
             .collect();
         let free = own.iter().all(|(lane, _)| c.free.contains_key(&(k, *lane)));
-        if drives && free && !own.is_empty() {
+        if free && !own.is_empty() {
             let names: Vec<&str> = own.iter().map(|(_, name)| *name).collect();
             let path = &part.spec.path;
             let fact = format!("`{path}` drives a hinge and nothing commands it");

@@ -29,7 +29,8 @@ pub(super) fn split<'a>(spec: &'a Spec) -> Delays<'a> {
         return Delays { wires: Cow::Borrowed(&spec.wires), specs: Vec::new(), of };
     }
     of.sort_by_key(|w| (w.to.to_string(), w.from.to_string()));
-    let rate = |path: &str| spec.parts.iter().find(|p| p.path == path);
+    let parts: BTreeMap<&str, &PartSpec> = spec.parts.iter().map(|p| (&*p.path, p)).collect();
+    let find = |path: &str| parts.get(path).copied();
     let mut wires: Vec<WireSpec> = spec.wires.iter().filter(|w| !delayed(w)).cloned().collect();
     let mut names: BTreeMap<String, u32> = BTreeMap::new();
     let mut specs = Vec::new();
@@ -50,7 +51,7 @@ pub(super) fn split<'a>(spec: &'a Spec) -> Delays<'a> {
         wires.push(half(port("y"), wire.to.clone()));
         let mut part = PartSpec::new(path.clone(), "delay", Value::Map(Vec::new()));
         part.origin = wire.origin;
-        let ends = [&wire.to, &wire.from].map(|end| owner(end, &rate));
+        let ends = [&wire.to, &wire.from].map(|end| owner(end, &find));
         let sampled = ends.into_iter().flatten().find(|p| p.rate.is_some());
         (part.rate, part.offset) = match sampled {
             Some(p) => (p.rate, p.offset),
@@ -75,6 +76,9 @@ fn owner<'a>(end: &PortRef, find: &impl Fn(&str) -> Option<&'a PartSpec>) -> Opt
 impl Delays<'_> {
     /// Puts the parts among the others.
     pub fn add<'b>(&'b self, parts: &mut Vec<Part<'b>>, faults: &mut Vec<Fault>) {
+        if self.specs.is_empty() {
+            return;
+        }
         let mut new = Vec::new();
         let output = super::connect::outputs(parts);
         for (spec, wire) in self.specs.iter().zip(&self.of) {
@@ -125,7 +129,7 @@ impl Delay {
                 true => PortSpec::named(name, source.kind, lanes).unit_of(source.unit.clone()),
                 // Some lanes of a port, which have one unit.
                 false => PortSpec::named(name, PortKind::Numbers, lanes)
-                    .unit_of(source.lane_names()[range.start].1.to_string()),
+                    .unit_of(source.lane_names()[range.start].1.clone()),
             };
             port.doc_of(doc)
         };

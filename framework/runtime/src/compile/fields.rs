@@ -4,7 +4,7 @@ use super::host::{End, HostWire};
 use crate::field::{BINDING, imprint_port};
 use crate::plan::FieldPlan;
 use crate::ports::PortSpec;
-use crate::spec::{BindTarget, Spec};
+use crate::spec::{BindSpec, BindTarget, Spec};
 use crate::value::{Fault, remedy};
 use std::collections::BTreeMap;
 
@@ -44,8 +44,11 @@ pub(super) fn join(
     absent: &BTreeMap<&str, bool>,
     faults: &mut Vec<Fault>,
 ) -> Fields {
+    let fields: Vec<usize> = (0..parts.len()).filter(|&k| is_field(&parts[k])).collect();
+    let binds: BTreeMap<&str, &BindSpec> =
+        spec.binds.iter().rev().filter(|b| b.bind == BINDING).map(|b| (&*b.part, b)).collect();
     let uses: Vec<Use> = (0..parts.len())
-        .filter_map(|k| match find(k, spec, parts, absent) {
+        .filter_map(|k| match find(k, (&fields, &binds), parts, absent) {
             Ok(found) => found,
             Err(fault) => {
                 faults.push(fault);
@@ -54,10 +57,7 @@ pub(super) fn join(
         })
         .collect();
     let mut out = Fields { plans: Vec::new(), wires: Vec::new() };
-    for field in 0..parts.len() {
-        if !is_field(&parts[field]) {
-            continue;
-        }
+    for field in fields {
         let path = parts[field].spec.path.clone();
         let of = || uses.iter().filter(|u| u.field == field);
         let name = |u: &Use| parts[u.part].spec.path.clone();
@@ -90,7 +90,7 @@ fn is_field(part: &Part<'_>) -> bool {
 /// The field of one part.
 fn find(
     k: usize,
-    spec: &Spec,
+    (fields, binds): (&[usize], &BTreeMap<&str, &BindSpec>),
     parts: &[Part<'_>],
     absent: &BTreeMap<&str, bool>,
 ) -> Result<Option<Use>, Fault> {
@@ -98,29 +98,27 @@ fn find(
     let (d, path) = (part.prototype.description(), part.spec.path.as_str());
     let writes: Vec<&PortSpec> =
         d.all_outputs().filter(|p| p.bind.as_deref() == Some(BINDING)).collect();
-    let bind = spec.binds.iter().find(|b| b.part == path && b.bind == BINDING);
     if let Some(port) = d.all_inputs().find(|p| p.bind.as_deref() == Some(BINDING)) {
         let fact = format!("`{path}`: input `{}` is bound to a field", port.name);
         let help = "outputs write to a field; a model reads one through a `View` in its store";
         return Err(Fault::new(part.spec.origin, fact).help(help));
     }
+    if d.reads.is_none() && writes.is_empty() {
+        return Ok(None);
+    }
     // A part that reads says which kind; one that only writes is for the field that takes any of it.
     let fits = |f: &Part<'_>| {
         let field = f.prototype.description();
         let has = |port: &&PortSpec| field.imprint.iter().any(|i| i.name == port.name);
-        is_field(f)
-            && match &d.reads {
-                Some(kind) => field.shows.as_ref() == Some(kind),
-                None => writes.iter().any(has),
-            }
+        match &d.reads {
+            Some(kind) => field.shows.as_ref() == Some(kind),
+            None => writes.iter().any(has),
+        }
     };
-    if d.reads.is_none() && writes.is_empty() {
-        return Ok(None);
-    }
-    let known: Vec<usize> = (0..parts.len()).filter(|&f| fits(&parts[f])).collect();
+    let known: Vec<usize> = fields.iter().copied().filter(|&f| fits(&parts[f])).collect();
     let paths: Vec<&str> = known.iter().map(|&f| parts[f].spec.path.as_str()).collect();
     let wanted = d.reads.as_deref().map_or("field".into(), |kind| format!("field of {kind}"));
-    let field = match bind.map(|b| (b, &b.target)) {
+    let field = match binds.get(path).map(|b| (*b, &b.target)) {
         Some((b, BindTarget::Field(text))) => {
             let found = scopes(path, text)
                 .find_map(|full| known.iter().copied().find(|&f| parts[f].spec.path == full));

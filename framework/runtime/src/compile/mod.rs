@@ -6,10 +6,12 @@
 //! ```
 //! Nothing depends on the order of the specification: parts are taken by path (law 6).
 
+mod arrivals;
 mod bindings;
 mod connect;
 mod delays;
 mod fields;
+mod find;
 mod guards;
 mod host;
 mod order;
@@ -110,7 +112,7 @@ pub(crate) fn compile_phase(
     let hosted = spec.host.iter().flat_map(|h| bound.iter().map(|wire| (h.path(), wire)));
     let hosted: Vec<(&str, &HostWire)> =
         hosted.chain(fields.wires.iter().map(|(field, wire)| (field.as_str(), wire))).collect();
-    let connections =
+    let mut connections =
         connect::connect((spec, &delays.wires), &parts, absent, &hosted, sizes, &mut faults);
     bindings::uncommanded(&parts, &connections, &mut warnings);
     table::rates(spec, &mut parts, within.tick, &mut faults);
@@ -130,9 +132,10 @@ pub(crate) fn compile_phase(
         .map_err(|f| Faults(in_file_order(f)))?;
     let variables = Arc::new(variables::variables(&parts, &connections, &order.loops));
     let sizes = Sizes { sig: connections.signals + order.work, ..connections.sizes };
-    let wires = connections.listing(&parts, &order);
     let watch = guards::guards(&within.whens, &parts, &connections, &order, &variables)
         .map_err(|f| Faults(in_file_order(f)))?;
+    let links = std::mem::take(&mut connections.links);
+    let wires = connect::Connections::listing(links, &parts, &order);
     let integration = settings::integration(spec, &parts, &variables, sizes.x)
         .map_err(|f| Faults(in_file_order(f)))?;
     let world = (&services, files, &fields[..]);

@@ -3,8 +3,9 @@ use super::Part;
 use super::connect::Connections;
 use crate::Catalogue;
 use crate::block::Named;
+use crate::model::Description;
 use crate::plan::{Loop, Place, Role, Variable};
-use crate::ports::{PortKind, PortSpec};
+use crate::ports::{PortKind, PortSpec, Text};
 use crate::services::Files;
 use crate::spec::Spec;
 use std::collections::BTreeMap;
@@ -16,6 +17,8 @@ pub(crate) fn variables(
     loops: &[Loop],
 ) -> BTreeMap<String, Variable> {
     let mut all = Vec::new();
+    // Parts of one model share its description.
+    let mut known: BTreeMap<*const Description, Vec<Lane>> = BTreeMap::new();
     // Each wire that is solved for reports on its loop.
     for tear in &c.tears {
         let Some(l) = loops.iter().find(|l| l.wires.contains(&tear.text)) else { continue };
@@ -45,32 +48,24 @@ pub(crate) fn variables(
             continue;
         }
         let path: &Arc<str> = &(**path).into();
-        let mut input = 0;
         let (u, ud) = &c.inputs[k];
-        let sources: Vec<u32> = u.iter().chain(ud).copied().collect();
-        for port in d.all_inputs() {
-            add(&mut all, path, "", port, |i| {
-                let role =
-                    if c.free.contains_key(&(k, input + i)) { Role::Free } else { Role::Input };
-                (Place::Signal(sources[input + i]), role)
-            });
-            input += port.lanes;
-        }
-        let mut lane = w.ym;
-        for port in d.all_outputs() {
-            add(&mut all, path, "", port, |i| (Place::Signal((lane + i) as u32), Role::Output));
-            lane += port.lanes;
-        }
-        let mut lane = w.x;
-        for field in &d.continuous {
-            add(&mut all, path, "state.", field, |i| (Place::X((lane + i) as u32), Role::State));
-            lane += field.lanes;
-        }
-        let mut lane = w.d;
-        for field in &d.discrete {
-            add(&mut all, path, "state.", field, |i| (Place::D((lane + i) as u32), Role::State));
-            lane += field.lanes;
-        }
+        let of_model = known.entry(std::ptr::from_ref(d)).or_insert_with(|| lanes(d));
+        all.extend(of_model.iter().map(|lane| {
+            let (place, role) = match lane.side {
+                Side::Input => {
+                    let source = match lane.at.checked_sub(u.len()) {
+                        Some(direct) => ud[direct],
+                        None => u[lane.at],
+                    };
+                    let free = c.free.contains_key(&(k, lane.at));
+                    (Place::Signal(source), if free { Role::Free } else { Role::Input })
+                }
+                Side::Output => (Place::Signal((w.ym + lane.at) as u32), Role::Output),
+                Side::Continuous => (Place::X((w.x + lane.at) as u32), Role::State),
+                Side::Discrete => (Place::D((w.d + lane.at) as u32), Role::State),
+            };
+            lane.variable(path, place, role)
+        }));
     }
     // All at once, which sorts them: of equal paths the last one stays.
     all.into_iter().collect()
@@ -92,34 +87,70 @@ pub fn known_variables(
             dark.push(part.path.clone());
             continue;
         };
-        let place = |_| (Place::Signal(0), Role::Output);
-        d.all_inputs().chain(d.all_outputs()).for_each(|p| add(&mut all, path, "", p, place));
-        let states = d.continuous.iter().chain(&d.discrete);
-        states.for_each(|p| add(&mut all, path, "state.", p, place));
+        let place = (Place::Signal(0), Role::Output);
+        all.extend(lanes(&d).iter().map(|lane| lane.variable(path, place.0, place.1)));
     }
     let all: BTreeMap<String, Variable> = all.into_iter().collect();
     (all.into_keys().collect(), dark)
 }
 
-fn add(
-    all: &mut Vec<(String, Variable)>,
-    path: &Arc<str>,
-    prefix: &str,
-    port: &PortSpec,
-    mut place: impl FnMut(usize) -> (Place, Role),
-) {
-    for (i, (name, unit)) in port.lane_names().into_iter().enumerate() {
-        let (at, role) = place(i);
-        all.push((
-            format!("{path}.{prefix}{}{name}", port.name),
-            Variable {
-                place: at,
-                role,
-                unit: unit.to_string().into(),
-                doc: port.doc.clone(),
-                kind: if port.kind == PortKind::Bool { port.kind } else { PortKind::Numbers },
-                part: path.clone(),
-            },
-        ));
+/// Which lanes of a part.
+#[derive(Clone, Copy)]
+enum Side {
+    Input,
+    Output,
+    Continuous,
+    Discrete,
+}
+
+/// A lane of every part of a model.
+struct Lane {
+    /// `.rate.x`, `.state.angle`: what follows the path of the part.
+    name: String,
+    side: Side,
+    /// Place among the lanes of its side.
+    at: usize,
+    unit: Text,
+    doc: Text,
+    kind: PortKind,
+}
+
+impl Lane {
+    fn variable(&self, path: &Arc<str>, place: Place, role: Role) -> (String, Variable) {
+        let variable = Variable {
+            place,
+            role,
+            unit: self.unit.clone(),
+            doc: self.doc.clone(),
+            kind: self.kind,
+            part: path.clone(),
+        };
+        ([path, &*self.name].concat(), variable)
     }
+}
+
+/// The lanes of a model by name. Parts are in the order of their paths, too: so sorting all variables costs little.
+fn lanes(d: &Description) -> Vec<Lane> {
+    fn add<'p>(
+        all: &mut Vec<Lane>,
+        (side, prefix): (Side, &str),
+        ports: impl Iterator<Item = &'p PortSpec>,
+    ) {
+        let mut at = 0;
+        for port in ports {
+            let kind = if port.kind == PortKind::Bool { port.kind } else { PortKind::Numbers };
+            for (name, unit) in port.lane_names() {
+                let name = [".", prefix, &*port.name, &*name].concat();
+                all.push(Lane { name, side, at, unit, doc: port.doc.clone(), kind });
+                at += 1;
+            }
+        }
+    }
+    let mut all = Vec::new();
+    add(&mut all, (Side::Input, ""), d.all_inputs());
+    add(&mut all, (Side::Output, ""), d.all_outputs());
+    add(&mut all, (Side::Continuous, "state."), d.continuous.iter());
+    add(&mut all, (Side::Discrete, "state."), d.discrete.iter());
+    all.sort_by(|a, b| a.name.cmp(&b.name));
+    all
 }

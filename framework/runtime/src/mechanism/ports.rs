@@ -5,6 +5,7 @@ use crate::ports::{Lane, PortKind, PortSpec, Traction};
 use crate::spec::BindTarget;
 use crate::value::{Fault, remedy};
 use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, Subhinge, SubhingeKind};
+use std::collections::BTreeSet;
 
 /// A frame that carries ports: a node, or a body's own origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,21 +56,26 @@ pub struct MechanismPorts {
 /// A binding target, found.
 enum Target {
     Node(Frame),
-    Hinge { q: u32, v: u32 },
+    Hinge { q: u32, v: u32, kind: SubhingeKind },
     Loop(u32),
 }
 
-/// A place in a list, added when it is not there yet.
-fn add<T: PartialEq>(list: &mut Vec<T>, item: T) {
-    if !list.contains(&item) {
+/// Names of the ports that are there.
+type Known = BTreeSet<String>;
+
+/// A place in a list, added when the port of that name is not there yet.
+fn add<T>(known: &mut Known, list: &mut Vec<T>, item: T, name: String) -> String {
+    if !known.contains(&name) {
+        known.insert(name.clone());
         list.push(item);
     }
+    name
 }
 
 /// Serves bindings: ports and wires.
 pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>) -> MechanismPorts {
     let prescribed = mb.prescribed();
-    let mut ports = MechanismPorts::default();
+    let (mut ports, mut known) = (MechanismPorts::default(), Known::new());
     for b in bound {
         let (part, bind, origin) = (&b.spec.part, &b.spec.bind, b.spec.origin);
         let target = match resolve(mb, &b.spec.target) {
@@ -94,7 +100,7 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
             if let (Some(axle), Target::Node(frame)) = (port.axle, &target) {
                 super::axle::check(mb, b, (axle, *frame), &label, out);
             }
-            match ports.serve(mb, port, &target) {
+            match ports.serve(mb, port, &target, &mut known) {
                 Ok(host_port) => out.wires.push(HostWire {
                     host_port,
                     end: *end,
@@ -156,9 +162,7 @@ fn quantity(
         return;
     }
     let kind = match at {
-        Target::Hinge { v, .. } => {
-            mb.subhinges().find(|(_, s)| s.v.contains(&(*v as usize))).map(|(_, s)| s.subhinge.kind)
-        }
+        Target::Hinge { kind, .. } => Some(*kind),
         Target::Loop(i) => {
             mb.loops().iter().find(|l| l.motions.contains(&(*i as usize))).and_then(|l| {
                 let given = |s: &&Subhinge| s.coordinate == Coordinate::Prescribed;
@@ -191,53 +195,43 @@ impl MechanismPorts {
         mb: &Multibody,
         port: &PortSpec,
         at: &Target,
+        known: &mut Known,
     ) -> Result<String, &'static str> {
         Ok(match (port.kind, at) {
             (PortKind::NodeState, Target::Node(f)) => {
-                add(&mut self.states, *f);
-                name("state", *f)
+                add(known, &mut self.states, *f, name("state", *f))
             }
             (PortKind::NodeAccel, Target::Node(f)) => {
-                add(&mut self.accels, *f);
-                name("accel", *f)
+                add(known, &mut self.accels, *f, name("accel", *f))
             }
             (PortKind::ContactLoad, Target::Node(f)) => {
                 let body = f.body(mb);
-                add(&mut self.contacts, body);
-                format!("contact:body:{}", body.index())
+                add(known, &mut self.contacts, body, format!("contact:body:{}", body.index()))
             }
             (PortKind::Traction, Target::Node(f)) => {
                 let body = f.body(mb);
-                add(&mut self.tractions, body);
-                format!("traction:body:{}", body.index())
+                add(known, &mut self.tractions, body, format!("traction:body:{}", body.index()))
             }
             (PortKind::AddedMass, Target::Node(f)) => {
-                add(&mut self.masses, *f);
-                name("mass", *f)
+                add(known, &mut self.masses, *f, name("mass", *f))
             }
             (PortKind::Wrench, Target::Node(f)) => {
-                add(&mut self.wrenches, *f);
-                name("wrench", *f)
+                add(known, &mut self.wrenches, *f, name("wrench", *f))
             }
-            (PortKind::HingeState, Target::Hinge { q, v }) => {
-                add(&mut self.hinges, (*q, *v));
-                format!("hinge:{v}")
+            (PortKind::HingeState, Target::Hinge { q, v, .. }) => {
+                add(known, &mut self.hinges, (*q, *v), format!("hinge:{v}"))
             }
             (PortKind::HingeTorque, Target::Hinge { v, .. }) => {
-                add(&mut self.torques, *v);
-                format!("torque:{v}")
+                add(known, &mut self.torques, *v, format!("torque:{v}"))
             }
             (PortKind::HingeAccel, Target::Hinge { v, .. }) => {
-                add(&mut self.motions, *v);
-                format!("motion:{v}")
+                add(known, &mut self.motions, *v, format!("motion:{v}"))
             }
             (PortKind::HingeAccel, Target::Loop(i)) => {
-                add(&mut self.loop_motions, *i);
-                format!("loop_motion:{i}")
+                add(known, &mut self.loop_motions, *i, format!("loop_motion:{i}"))
             }
             (PortKind::HingeState, Target::Loop(i)) => {
-                add(&mut self.loop_states, *i);
-                format!("loop:{i}")
+                add(known, &mut self.loop_states, *i, format!("loop:{i}"))
             }
             (
                 PortKind::NodeState
@@ -346,7 +340,11 @@ fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, Strin
             let one_dof: Vec<_> =
                 b.subhinges().iter().filter(|s| s.q.len() == 1 && s.v.len() == 1).collect();
             match one_dof.get(*index) {
-                Some(s) => Ok(Target::Hinge { q: s.q.start as u32, v: s.v.start as u32 }),
+                Some(s) => Ok(Target::Hinge {
+                    q: s.q.start as u32,
+                    v: s.v.start as u32,
+                    kind: s.subhinge.kind,
+                }),
                 None => Err((
                     format!(
                         "the hinge of `{body}` has {} one-dof coordinates, not {}",

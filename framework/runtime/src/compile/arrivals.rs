@@ -1,0 +1,217 @@
+//! What arrives at the inputs of all parts, and what follows of it: one source lane for each input lane; reductions get many.
+use super::Part;
+use super::connect::{Connections, Link};
+use super::host::End;
+use crate::field::BINDING;
+use crate::model::{Description, lanes};
+use crate::plan::Sum;
+use crate::ports::PortSpec;
+use crate::value::Fault;
+
+/// A source lane that arrives at an input lane.
+#[derive(Clone, Copy)]
+struct Arrival {
+    input: u32,
+    /// Place among the links.
+    link: u32,
+    source: u32,
+}
+
+/// Input lanes are counted through all parts: those of U and then of Ud of the first, of the second, …
+pub(super) struct Arrivals {
+    /// First input lane of each part.
+    first: Vec<usize>,
+    all: Vec<Arrival>,
+    /// Link that arrives at each input lane.
+    by: Vec<u32>,
+    /// Input lanes that a wire names, even a faulty one: they are not reported as unwired too.
+    excused: Vec<bool>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Arrivals {
+    pub fn new(parts: &[Part<'_>]) -> Self {
+        let mut n = 0;
+        let count = |p: &Part<'_>| {
+            let d = p.prototype.description();
+            let first = n;
+            n += lanes(&d.inputs) + lanes(&d.direct_inputs);
+            first
+        };
+        let first = parts.iter().map(count).collect();
+        Arrivals { first, all: Vec::new(), by: vec![NONE; n], excused: vec![false; n] }
+    }
+
+    /// `n` lanes of a part from `lane` on are named by a wire.
+    pub fn excuse(&mut self, part: usize, lane: usize, n: usize) {
+        let first = self.first[part] + lane;
+        self.excused[first..first + n].fill(true);
+    }
+
+    /// The link that arrives at an input lane already.
+    pub fn at(&self, part: usize, lane: usize) -> Option<usize> {
+        let link = self.by[self.first[part] + lane];
+        (link != NONE).then_some(link as usize)
+    }
+
+    pub fn add(&mut self, part: usize, lane: usize, link: usize, source: u32) {
+        let (input, link) = ((self.first[part] + lane) as u32, link as u32);
+        self.by[input as usize] = link;
+        self.all.push(Arrival { input, link, source });
+    }
+
+    /// Sources of every input of every part, into `out`. `bound`: parts and their bindings that are given, in order.
+    pub fn finish(
+        self,
+        parts: &[Part<'_>],
+        bound: &[(usize, &str)],
+        out: &mut Connections,
+        faults: &mut Vec<Fault>,
+    ) {
+        let mut begins = vec![0u32; self.by.len() + 1];
+        for a in &self.all {
+            begins[a.input as usize + 1] += 1;
+        }
+        for k in 1..begins.len() {
+            begins[k] += begins[k - 1];
+        }
+        // In path order at each lane: it is the order of the terms of a sum.
+        let mut all = self.all;
+        let key = |a: &Arrival| out.links[a.link as usize].key();
+        all.sort_by_key(|a| a.input);
+        for at in all.chunk_by_mut(|a, b| a.input == b.input).filter(|at| at.len() > 1) {
+            at.sort_by(|a, b| (key(a), a.source).cmp(&(key(b), b.source)));
+        }
+        let sorted = Sorted { all, begins, excused: self.excused };
+        out.inputs.reserve(parts.len());
+        for ((k, part), lane) in parts.iter().enumerate().zip(self.first) {
+            sorted.part((k, part), lane, bound, out, faults);
+        }
+    }
+}
+
+impl Link {
+    /// By what it is sorted among those that arrive at one lane: the path of its part's port, or where a wire begins.
+    fn key(&self) -> &str {
+        match self.end {
+            End::Input => &self.to,
+            End::Output => &self.from,
+        }
+    }
+}
+
+struct Sorted {
+    all: Vec<Arrival>,
+    /// Where in `all` those of each input lane begin.
+    begins: Vec<u32>,
+    excused: Vec<bool>,
+}
+
+impl Sorted {
+    fn at(&self, input: usize) -> &[Arrival] {
+        &self.all[self.begins[input] as usize..self.begins[input + 1] as usize]
+    }
+
+    /// Sources of all inputs of a part, whose first is `lane`.
+    fn part(
+        &self,
+        (k, part): (usize, &Part<'_>),
+        first: usize,
+        bound: &[(usize, &str)],
+        out: &mut Connections,
+        faults: &mut Vec<Fault>,
+    ) {
+        let d = part.prototype.description();
+        let unbound = |bind: &str| bind != BINDING && bound.binary_search(&(k, bind)).is_err();
+        let (u_lanes, mut lane) = (lanes(&d.inputs), 0);
+        let mut all = Vec::with_capacity(u_lanes + lanes(&d.direct_inputs));
+        let mut missing: Vec<&str> = Vec::new();
+        for port in d.all_inputs() {
+            let at = first + lane;
+            let empty = (at..at + port.lanes).all(|i| self.at(i).is_empty() && !self.excused[i]);
+            if empty && port.default.is_none() && !port.sum {
+                match port.bind.as_deref() {
+                    Some(bind) if unbound(bind) => {
+                        if !missing.contains(&bind) {
+                            missing.push(bind);
+                        }
+                    }
+                    Some(_) => {}
+                    None => faults.push(unwired(part, port)),
+                }
+            }
+            self.port((k, port), (lane, at), out, &mut all);
+            lane += port.lanes;
+        }
+        for port in d.all_outputs() {
+            if let Some(bind) = port.bind.as_deref().filter(|b| unbound(b))
+                && !missing.contains(&bind)
+                && !reads(d, bind)
+            {
+                missing.push(bind);
+            }
+        }
+        for bind in missing {
+            let fact = format!("`{}`: binding `{bind}` is not given", part.spec.path);
+            let help = format!("write `bind: {{ \"{bind}\": \"node:…\" }}` or `\"hinge:…\"`");
+            faults.push(Fault::new(part.spec.origin, fact).help(help));
+        }
+        let ud = all.split_off(u_lanes);
+        out.inputs.push((all, ud));
+    }
+
+    /// Source lanes of one input port, whose first lane is `lane` in its part and `at` among all.
+    fn port(
+        &self,
+        (k, port): (usize, &PortSpec),
+        (lane, at): (usize, usize),
+        out: &mut Connections,
+        all: &mut Vec<u32>,
+    ) {
+        let count = if port.lanes > 0 { self.at(at).len() } else { 0 };
+        if count > 1 && (0..port.lanes).all(|i| self.at(at + i).len() == count) {
+            // Whole ports are summed by one operation.
+            let each = |j: usize| (0..port.lanes).map(move |i| self.at(at + i)[j].source);
+            let first = reduce(out, (0..count).flat_map(each).collect(), port.lanes);
+            all.extend((0..port.lanes as u32).map(|i| first + i));
+            return;
+        }
+        for i in 0..port.lanes {
+            all.push(match self.at(at + i) {
+                [] => {
+                    let l = out.allocate(1);
+                    let default = port.default.as_ref().map_or(0.0, |d| d[i]);
+                    out.constants.push((l, default));
+                    out.free.insert((k, lane + i), l);
+                    l
+                }
+                [one] => one.source,
+                many => reduce(out, many.iter().map(|a| a.source).collect(), 1),
+            });
+        }
+    }
+}
+
+/// The lane that carries a sum.
+fn reduce(out: &mut Connections, sources: Vec<u32>, lanes: usize) -> u32 {
+    let dst = out.allocate(lanes);
+    out.sums.push(Sum { dst, lanes: lanes as u32, sources });
+    dst
+}
+
+/// Whether an input names the binding: what is missing is told there.
+fn reads(d: &Description, bind: &str) -> bool {
+    d.all_inputs().any(|p| p.bind.as_deref() == Some(bind))
+}
+
+fn unwired(part: &Part<'_>, port: &PortSpec) -> Fault {
+    let (path, name) = (&part.spec.path, &port.name);
+    let unit = match &*port.unit {
+        "" | "1" | "*" => String::new(),
+        u => format!(" ({u})"),
+    };
+    let meaning = port.doc.lines().next().unwrap_or_default().trim_end_matches('.');
+    Fault::new(part.spec.origin, format!("required input `{path}.{name}`{unit} is not wired"))
+        .help(format!("{meaning}: add a wire `… -> {path}.{name}`"))
+}
