@@ -24,6 +24,7 @@ __all__ = [
     "Grip",
     "Hinge",
     "Identifiable",
+    "InverseKinematicsSearch",
     "LinkworkError",
     "Log",
     "Mechanism",
