@@ -1,6 +1,6 @@
 //! The arm that a controller knows, or two: chains of a URDF file, and what their hands may hold.
 
-use linkwork_embedded::formats::{Description, ReadOptions, Root, read_text};
+use linkwork_embedded::formats::{Description, ReadOptions, Root, Unphysical, read_text};
 use linkwork_embedded::multibody::{BodySpec, Hinge, Limits};
 use linkwork_embedded::{
     ModelSpec, Object, ObjectSpec, Part, PartSpec, Robot, RobotModel, TaskSpace,
@@ -24,11 +24,13 @@ impl RobotFile {
         Self { name: name.into(), text: text.into() }
     }
 
-    /// The description that it is.
+    /// The description that it is, with its roots held so.
     ///
     /// # Errors
-    /// What is wrong with it.
-    pub fn read(&self, options: ReadOptions) -> Result<Description, BuildError> {
+    /// What is wrong with it; moments that no body has, too: a model has nobody to warn.
+    pub fn read(&self, root: Root) -> Result<Description, BuildError> {
+        let unphysical = Unphysical::Refused;
+        let options = ReadOptions { root, unphysical, ..ReadOptions::default() };
         let read = read_text(&self.text, &options.at(&self.name));
         read.map_err(|e| BuildError::new(e.to_string()).at("robot"))
     }
@@ -194,7 +196,7 @@ impl Arm {
         gravity: Vec3,
     ) -> Result<Self, BuildError> {
         let fault = |e: &dyn std::fmt::Display, at: &str| BuildError::new(e.to_string()).at(at);
-        let d = file.read(ReadOptions { root: Root::Fixed, ..ReadOptions::default() })?;
+        let d = file.read(Root::Fixed)?;
         let mut spec = ModelSpec::from_description(&d).map_err(|e| fault(&e, "robot"))?;
         let found: Vec<Option<Vec<usize>>> =
             hands.iter().map(|h| chain(&spec, base, h.tip)).collect();

@@ -1,7 +1,7 @@
 //! A programme of moves: when one ends and the next begins, and whether joints can follow all of it.
 
 use crate::arm::Arm;
-use linkwork_embedded::{Effort, Goal, Outcome, Robot, RobotError};
+use linkwork_embedded::{Effort, Frame, Goal, Outcome, Robot, RobotError};
 use linkwork_runtime::prelude::BuildError;
 use linkwork_spatial::Pose;
 
@@ -168,6 +168,8 @@ impl<'a> Follower<'a> {
     ) -> Result<linkwork_embedded::Answer, BuildError> {
         let effort = Effort { tolerances: [1e-6; 2], restarts, ..Effort::default() };
         let part = self.arm.chains[hand];
-        self.robot.reach(part, &Goal::pose(*X), &effort, &mut self.to).map_err(|e| fault(&e))
+        self.robot
+            .reach(part, &Goal::pose(*X), Frame::World, &effort, &mut self.to)
+            .map_err(|e| fault(&e))
     }
 }

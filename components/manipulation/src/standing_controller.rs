@@ -15,7 +15,7 @@ use crate::arm_controller::{JointIn, JointOut};
 use crate::moves::{Move, Path, Written, short};
 use crate::standing_ports::{Stand, StandingOut, StandingParams, TrunkIn};
 use crate::tracking::norm;
-use linkwork_embedded::formats::{ReadOptions, Root};
+use linkwork_embedded::formats::Root;
 use linkwork_embedded::multibody::Limits;
 use linkwork_embedded::{
     ModelSpec, Part, PartSpec, Robot, RobotError, RobotModel, Sweeps, bounded,
@@ -88,8 +88,7 @@ struct Seen {
 
 fn legs_of(p: &StandingParams) -> Result<(Arc<RobotModel>, Vec<Leg>), BuildError> {
     let fault = |e: &dyn std::fmt::Display, at: &str| BuildError::new(e.to_string()).at(at);
-    let options = ReadOptions { root: Root::Free, ..ReadOptions::default() };
-    let d = p.robot.read(options)?;
+    let d = p.robot.read(Root::Free)?;
     let mut spec = ModelSpec::from_description(&d).map_err(|e| fault(&e, "robot"))?;
     if !(3..=FEET_MAX).contains(&p.feet.len()) {
         let fact = format!("{} feet: a machine stands on 3 to {FEET_MAX}", p.feet.len());

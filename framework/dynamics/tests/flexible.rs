@@ -540,7 +540,7 @@ fn inverse_kinematics_moves_hinges_and_leaves_modes() {
     let mut ws = Workspace::new(&c.tree);
     poses(&c.tree, &mut ws, &to);
     let (target, mut q) = (ws.node_pose(&c.tree, node), c.q.clone());
-    ik.solve(&c.tree, &[Target::pose(node, target)], &mut q).unwrap();
+    ik.solve(&c.tree, &[Target::new(node, Goal::pose(target))], &mut q).unwrap();
     poses(&c.tree, &mut ws, &q);
     let reached = ws.node_pose(&c.tree, node);
     assert!((reached.position - target.position).norm() < 1e-6);

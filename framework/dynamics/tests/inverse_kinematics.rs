@@ -57,7 +57,11 @@ fn reference_robots_reach_what_can_be_reached_within_limits() {
                 .enumerate()
                 .map(|(i, n)| {
                     let X = pose_of(&tree, &goal, n);
-                    if i == 0 { Target::pose(n, X) } else { Target::position(n, X.position) }
+                    if i == 0 {
+                        Target::new(n, Goal::pose(X))
+                    } else {
+                        Target::new(n, Goal::position(X.position))
+                    }
                 })
                 .collect();
             let mut q = moved(&mbs, &goal, 0.5, 2.6, &mut r);
@@ -67,8 +71,8 @@ fn reference_robots_reach_what_can_be_reached_within_limits() {
             restarts += found.restarts;
             for t in &targets {
                 let X = pose_of(&tree, &q, t.node);
-                let off = (X.position - t.position.unwrap()).norm();
-                let turn = t.orientation.map_or(0.0, |R| R.angle_to(&X.rotation));
+                let off = (X.position - t.goal.position.unwrap()).norm();
+                let turn = t.goal.orientation.map_or(0.0, |R| R.angle_to(&X.rotation));
                 assert!(off <= 1e-9 && turn <= 2e-8, "{name} {seed}: {off:e} m, {turn:e} rad");
                 worst = worst.max(off);
             }
@@ -97,12 +101,12 @@ fn starts_anywhere_lead_there_almost_always() {
             let mut r = Rng(seed);
             let goal = moved(&mbs, &mbs.neutral_q(), 2.5, 2.6, &mut r);
             let node = mbs.node_ids().next().unwrap();
-            let target = Target::pose(node, pose_of(&tree, &goal, node));
+            let target = Target::new(node, Goal::pose(pose_of(&tree, &goal, node)));
             let mut q = moved(&mbs, &goal, 3.0, 2.6, &mut r);
             match ik.solve(&tree, &[target], &mut q) {
                 Ok(_) => {
                     let X = pose_of(&tree, &q, node);
-                    assert!((X.position - target.position.unwrap()).norm() <= 1e-9);
+                    assert!((X.position - target.goal.position.unwrap()).norm() <= 1e-9);
                 }
                 Err(InverseKinematicsError::Unreachable { .. }) => failures += 1,
                 Err(other) => panic!("{name} {seed}: {other}"),
@@ -142,7 +146,7 @@ fn a_planar_arm_has_its_closed_form() {
             let (radius, angle) = (0.3 + 0.8 * r.signed().abs(), 3.0 * r.signed());
             let p = Vec3::new(radius * angle.cos(), radius * angle.sin(), 0.0);
             let mut q = vec![angle, sign * 1.0];
-            ik.solve(&tree, &[Target::position(tip, p)], &mut q).unwrap();
+            ik.solve(&tree, &[Target::new(tip, Goal::position(p))], &mut q).unwrap();
             let cos = (radius * radius - a * a - b * b) / (2.0 * a * b);
             let q2 = sign * cos.acos();
             let q1 = angle - (b * q2.sin()).atan2(a + b * q2.cos());
@@ -160,7 +164,7 @@ fn out_of_reach_says_how_far_and_gives_the_nearest() {
     let mut ik = InverseKinematics::new(&tree);
     let mut q = vec![0.1, 1.0];
     let goal = Vec3::new(0.0, 3.0, 0.0);
-    let error = ik.solve(&tree, &[Target::position(tip, goal)], &mut q).unwrap_err();
+    let error = ik.solve(&tree, &[Target::new(tip, Goal::position(goal))], &mut q).unwrap_err();
     let InverseKinematicsError::Unreachable { nearest, .. } = &error else { panic!("{error}") };
     // The elbow is as straight as it may be, and the tip points at the goal.
     let reach = (0.7_f64.powi(2) + 0.45_f64.powi(2) + 2.0 * 0.7 * 0.45 * 0.3_f64.cos()).sqrt();
@@ -175,7 +179,7 @@ fn out_of_reach_says_how_far_and_gives_the_nearest() {
     assert_eq!(ik.at_limit(&q).collect::<Vec<_>>(), [1]);
     // Out of the plane as well, and turned: both units.
     let X = Pose::new(Quat::from_scaled_axis(Vec3::x()), Vec3::new(0.5, 0.5, 0.2));
-    let text = ik.solve(&tree, &[Target::pose(tip, X)], &mut q).unwrap_err().to_string();
+    let text = ik.solve(&tree, &[Target::new(tip, Goal::pose(X))], &mut q).unwrap_err().to_string();
     assert!(text.contains(" m and ") && text.contains(" rad from its target"), "{text}");
 }
 
@@ -195,7 +199,7 @@ fn a_four_bar_closes_as_its_closed_form_says() {
     let mbs = m.build().unwrap();
     let tree = Tree::new(&mbs);
     let (end, joint) = (mbs.node("end").unwrap(), mbs.node("joint").unwrap());
-    let closed = Target::position(end, Vec3::zeros()).relative_to(joint);
+    let closed = Target::new(end, Goal::position(Vec3::zeros())).relative_to(joint);
     let mut ik = InverseKinematics::new(&tree);
     let at = |name: &str| mbs.get(mbs.body(name).unwrap()).q().start;
     let (crank, coupler, follower) = (at("crank"), at("coupler"), at("follower"));
@@ -250,10 +254,10 @@ fn random_trees_meet_poses_relative_to_each_other_with_coordinates_kept() {
         let (a, b) = (mbs.node("n01").unwrap(), mbs.node("n07").unwrap());
         let X = pose_of(&tree, &goal, a).inverse() * pose_of(&tree, &goal, b);
         let targets = [
-            Target::pose(b, X).relative_to(a).weights(2.0, 0.7),
-            Target::orientation(
+            Target::new(b, Goal::pose(X).weights(2.0, 0.7)).relative_to(a),
+            Target::new(
                 mbs.node("n04").unwrap(),
-                pose_of(&tree, &goal, mbs.node("n04").unwrap()).rotation,
+                Goal::orientation(pose_of(&tree, &goal, mbs.node("n04").unwrap()).rotation),
             ),
         ];
         // Everything that is kept is where it has to be already.
@@ -370,7 +374,7 @@ fn nothing_is_allocated_after_the_first_solve() {
     let tree = Tree::new(&mbs);
     let mut ik = InverseKinematics::new(&tree);
     let mut q = vec![0.1, 0.5];
-    let goal = |x: f64| [Target::position(tip, Vec3::new(x, 0.4, 0.0))];
+    let goal = |x: f64| [Target::new(tip, Goal::position(Vec3::new(x, 0.4, 0.0)))];
     ik.solve(&tree, &goal(0.3), &mut q).unwrap();
     let counted = allocation_counter::measure(|| {
         for i in 0..10 {
@@ -389,22 +393,22 @@ fn mistakes_are_refused() {
     let mut q = start.clone();
     let p = Vec3::new(0.5, 0.2, 0.0);
     let mut refused = |target: Target| ik.solve(&tree, &[target], &mut q).unwrap_err();
-    let error = refused(Target::position(tip, Vec3::new(f64::NAN, 0.0, 0.0)));
+    let error = refused(Target::new(tip, Goal::position(Vec3::new(f64::NAN, 0.0, 0.0))));
     assert!(error.to_string().starts_with("target 0 (node `tip`) is NaN"), "{error}");
     let nan = Quat::new_unchecked(spatial::nalgebra::Quaternion::new(f64::NAN, 0.0, 0.0, 1.0));
-    let error = refused(Target::orientation(tip, nan));
+    let error = refused(Target::new(tip, Goal::orientation(nan)));
     assert!(matches!(error, InverseKinematicsError::BadNumber { .. }));
     for weight in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let error = refused(Target::position(tip, p).weights(weight, 1.0));
+        let error = refused(Target::new(tip, Goal::position(p).weights(weight, 1.0)));
         assert!(error.to_string().contains("a weight of target 0"), "{error}");
     }
-    let nothing = Target { position: None, ..Target::position(tip, p) };
+    let nothing = Target::new(tip, Goal::NOTHING);
     assert!(matches!(refused(nothing), InverseKinematicsError::Empty { target: 0, .. }));
-    let itself = Target::position(tip, p).relative_to(tip);
+    let itself = Target::new(tip, Goal::position(p)).relative_to(tip);
     assert!(matches!(refused(itself), InverseKinematicsError::Empty { .. }));
     assert_eq!(q, start, "a refused target moves nothing");
     let mut bad = vec![0.0, f64::INFINITY];
-    let error = ik.solve(&tree, &[Target::position(tip, p)], &mut bad).unwrap_err();
+    let error = ik.solve(&tree, &[Target::new(tip, Goal::position(p))], &mut bad).unwrap_err();
     assert!(error.to_string().starts_with("q[1] of the start is inf"), "{error}");
     let mut v = vec![0.0, f64::NAN];
     let still = RateTarget::new(tip, Motion::zero());
@@ -415,11 +419,11 @@ fn mistakes_are_refused() {
     assert!(ik.rates(&tree, &[fast], &q, &mut v).is_err());
     // No coordinate may move: not reached, and said so.
     ik.keep(0..2);
-    let error = ik.solve(&tree, &[Target::position(tip, p)], &mut q).unwrap_err();
+    let error = ik.solve(&tree, &[Target::new(tip, Goal::position(p))], &mut q).unwrap_err();
     assert!(matches!(error, InverseKinematicsError::Unreachable { .. }));
     assert_eq!(q, start);
     ik.release(0..2);
-    ik.solve(&tree, &[Target::position(tip, p)], &mut q).unwrap();
+    ik.solve(&tree, &[Target::new(tip, Goal::position(p))], &mut q).unwrap();
 }
 
 #[test]
@@ -427,7 +431,7 @@ fn mistakes_are_refused() {
 fn a_start_of_the_wrong_length_is_refused() {
     let (mbs, tip) = planar(0.7, 0.45, Limits::NONE);
     let tree = Tree::new(&mbs);
-    let target = Target::position(tip, Vec3::x());
+    let target = Target::new(tip, Goal::position(Vec3::x()));
     let _ = InverseKinematics::new(&tree).solve(&tree, &[target], &mut [0.0]);
 }
 
@@ -442,8 +446,8 @@ fn a_search_in_portions_is_the_search_and_rates_do_not_disturb_it() {
         let (a, b) = (mbs.node("n02").unwrap(), mbs.node("n07").unwrap());
         let goal = mbs.random_q(seed + 7);
         let targets = [
-            Target::pose(b, pose_of(&tree, &goal, b)),
-            Target::position(a, pose_of(&tree, &goal, a).position),
+            Target::new(b, Goal::pose(pose_of(&tree, &goal, b))),
+            Target::new(a, Goal::position(pose_of(&tree, &goal, a).position)),
         ];
         let (mut whole, mut cut) = (InverseKinematics::new(&tree), InverseKinematics::new(&tree));
         (whole.effort.restarts, cut.effort.restarts) = (4, 4);
@@ -475,7 +479,7 @@ fn improvements_stay_on_the_targets_and_end_at_a_minimum() {
         let tree = Tree::new(&mbs);
         let node = mbs.node("n08").unwrap();
         let q0 = mbs.random_q(seed);
-        let target = Target::pose(node, pose_of(&tree, &q0, node));
+        let target = Target::new(node, Goal::pose(pose_of(&tree, &q0, node)));
         let mut ik = InverseKinematics::new(&tree);
         ik.begin(&tree, &[target], &q0).unwrap();
         // Half the squared distance from another configuration, on the manifold.
@@ -506,7 +510,7 @@ fn improvements_stay_on_the_targets_and_end_at_a_minimum() {
         let after = objective(&q, &mut g);
         assert!((improved.cost - after).abs() < 1e-12 && after <= before, "seed {seed}");
         let X = pose_of(&tree, &q, node);
-        assert!((X.position - target.position.unwrap()).norm() <= 1e-9, "seed {seed}");
+        assert!((X.position - target.goal.position.unwrap()).norm() <= 1e-9, "seed {seed}");
         // What is left of the gradient lies in the rows of J.
         let mut ws = Workspace::new(&tree);
         poses(&tree, &mut ws, &q);

@@ -50,7 +50,7 @@ fn pose_of(tree: &Tree, q: &[f64], node: NodeId) -> Pose {
 fn off(tree: &Tree, q: &[f64], t: &Target) -> (f64, f64) {
     let base = t.relative_to.map_or(Pose::identity(), |n| pose_of(tree, q, n));
     let X = base.inverse() * pose_of(tree, q, t.node);
-    let turn = t.pointing.map_or(0.0, |p| {
+    let turn = t.goal.pointing.map_or(0.0, |p| {
         let a = match p.to {
             Towards::Direction(a) => a,
             Towards::Point(x) => (x - X.position).normalize(),
@@ -58,8 +58,8 @@ fn off(tree: &Tree, q: &[f64], t: &Target) -> (f64, f64) {
         let d = X.rotation * p.axis;
         (d.cross(&a).norm().atan2(d.dot(&a)) - p.within).max(0.0)
     });
-    let d = t.position.map_or(Vec3::zeros(), |p| p - X.position);
-    let place = match t.place {
+    let d = t.goal.position.map_or(Vec3::zeros(), |p| p - X.position);
+    let place = match t.goal.place {
         Place::Point => d.norm(),
         Place::Plane(n) => d.dot(&n).abs(),
         Place::Line(u) => (d - u * d.dot(&u)).norm(),
@@ -84,18 +84,28 @@ fn parts_of_a_pose_are_met_and_the_rest_is_free() {
             let axis = rng.unit();
             let d = X.rotation * axis;
             let target = match kind {
-                0 => Target::pointing(tip, Pointing::along(axis, d)),
-                1 => Target::position(tip, X.position).and_pointing(Pointing::along(axis, d)),
-                2 => {
-                    Target::pointing(tip, Pointing::at(axis, X.position + d * rng.within(0.3, 2.0)))
-                }
-                3 => Target::position(tip, X.position)
-                    .and_pointing(Pointing::at(axis, X.position + d * 0.7)),
-                4 => Target::pointing(tip, Pointing::along(axis, d).within(0.3)),
-                5 => Target::position(tip, X.position).place(Place::Plane(rng.unit())),
-                _ => Target::position(tip, X.position)
-                    .place(Place::Line(rng.unit()))
-                    .and_pointing(Pointing::at(axis, X.position + d).within(0.1)),
+                0 => Target::new(tip, Goal::pointing(Pointing::along(axis, d))),
+                1 => Target::new(
+                    tip,
+                    Goal::position(X.position).and_pointing(Pointing::along(axis, d)),
+                ),
+                2 => Target::new(
+                    tip,
+                    Goal::pointing(Pointing::at(axis, X.position + d * rng.within(0.3, 2.0))),
+                ),
+                3 => Target::new(
+                    tip,
+                    Goal::position(X.position)
+                        .and_pointing(Pointing::at(axis, X.position + d * 0.7)),
+                ),
+                4 => Target::new(tip, Goal::pointing(Pointing::along(axis, d).within(0.3))),
+                5 => Target::new(tip, Goal::position(X.position).place(Place::Plane(rng.unit()))),
+                _ => Target::new(
+                    tip,
+                    Goal::position(X.position)
+                        .place(Place::Line(rng.unit()))
+                        .and_pointing(Pointing::at(axis, X.position + d).within(0.1)),
+                ),
             };
             let target = base.map_or(target, |n| target.relative_to(n));
             let start: Vec<f64> = there.iter().map(|q| q + rng.within(-0.5, 0.5)).collect();
@@ -127,18 +137,18 @@ fn within_its_cone_an_axis_may_stay() {
     let X = pose_of(&tree, &q0, tip);
     let mut q = q0;
     let near = X.rotation * Quat::from_scaled_axis(Vec3::y() * 0.2) * Vec3::z();
-    let target = Target::pointing(tip, Pointing::along(Vec3::z(), near).within(0.25));
+    let target = Target::new(tip, Goal::pointing(Pointing::along(Vec3::z(), near).within(0.25)));
     ik.solve(&tree, &[target], &mut q).unwrap();
     assert_eq!(q, q0, "it is there already");
     // Outside it comes to the edge of the cone, and no farther in.
-    let target = Target::pointing(tip, Pointing::along(Vec3::z(), near).within(0.1));
+    let target = Target::new(tip, Goal::pointing(Pointing::along(Vec3::z(), near).within(0.1)));
     ik.solve(&tree, &[target], &mut q).unwrap();
     let angle = (pose_of(&tree, &q, tip).rotation * Vec3::z()).angle(&near);
     assert!((angle - 0.1).abs() < 1e-8, "{angle}");
     // Against its direction there is a way, too.
     let mut q = q0;
     let away = Pointing::along(Vec3::z(), -(X.rotation * Vec3::z()));
-    ik.solve(&tree, &[Target::pointing(tip, away)], &mut q).unwrap();
+    ik.solve(&tree, &[Target::new(tip, Goal::pointing(away))], &mut q).unwrap();
 }
 
 #[test]
@@ -148,13 +158,25 @@ fn what_points_nowhere_is_refused() {
     let mut q = [0.0; 6];
     let mut say = |t: Target| ik.solve(&tree, &[t], &mut q).unwrap_err().to_string();
     let z = Vec3::z();
-    assert!(say(Target::pointing(tip, Pointing::along(z * 2.0, z))).contains("length 1"));
-    assert!(say(Target::pointing(tip, Pointing::along(z, z * 0.0))).contains("length 1"));
-    assert!(say(Target::pointing(tip, Pointing::along(z, z).within(-0.1))).contains("cone"));
-    assert!(say(Target::pointing(tip, Pointing::along(z, z).within(f64::NAN))).contains("cone"));
-    assert!(say(Target::pointing(tip, Pointing::at(z, z * f64::NAN))).contains("points"));
-    let both =
-        Target { pointing: Some(Pointing::along(z, z)), ..Target::pose(tip, Pose::identity()) };
-    assert!(say(both).contains("one of them"));
-    assert!(say(Target::position(tip, z).place(Place::Plane(z * 3.0))).contains("length 1"));
+    assert!(
+        say(Target::new(tip, Goal::pointing(Pointing::along(z * 2.0, z)))).contains("length 1")
+    );
+    assert!(
+        say(Target::new(tip, Goal::pointing(Pointing::along(z, z * 0.0)))).contains("length 1")
+    );
+    assert!(
+        say(Target::new(tip, Goal::pointing(Pointing::along(z, z).within(-0.1)))).contains("cone")
+    );
+    assert!(
+        say(Target::new(tip, Goal::pointing(Pointing::along(z, z).within(f64::NAN))))
+            .contains("cone")
+    );
+    assert!(
+        say(Target::new(tip, Goal::pointing(Pointing::at(z, z * f64::NAN)))).contains("points")
+    );
+    let both = Goal { pointing: Some(Pointing::along(z, z)), ..Goal::pose(Pose::identity()) };
+    assert!(say(Target::new(tip, both)).contains("one of them"));
+    assert!(
+        say(Target::new(tip, Goal::position(z).place(Place::Plane(z * 3.0)))).contains("length 1")
+    );
 }

@@ -129,7 +129,7 @@ fn main() {
             robot.clamp(&mut q).unwrap();
             let whole = [&q[..], &q[..], &X[..]].concat();
             rows.push(text(&whole));
-            let goal = Goal::pose(pose(&X)).in_base();
+            let goal = Goal::pose(pose(&X));
             one(&mut robot, arm, &goal, &Effort::default(), &mut q, &mut tally);
         }
         let theirs = peer(name, &rows, &Effort::default());
@@ -183,8 +183,9 @@ fn closed(model: &std::sync::Arc<RobotModel>, cases: &[(Vec<f64>, Vec<f64>)], wh
     for (target, _) in cases {
         checker.set_q(target).unwrap();
         let X = checker.base_pose(arm).unwrap().inverse() * checker.tip_pose(arm).unwrap();
-        let goal = Goal::pose(X).in_base();
-        let (count, us) = timed(|| robot.reach_all(&form, &goal, target, &mut out).unwrap());
+        let goal = Goal::pose(X);
+        let (count, us) =
+            timed(|| robot.reach_all(&form, &goal, Frame::Base, target, &mut out).unwrap());
         let off = out.iter().zip(target).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         tally.us.push(us);
         tally.met += usize::from(count > 0 && off < 1e-6);
@@ -202,7 +203,7 @@ fn one(
     q: &mut [f64],
     tally: &mut Tally,
 ) {
-    let (answer, us) = timed(|| robot.reach(arm, goal, effort, q).unwrap());
+    let (answer, us) = timed(|| robot.reach(arm, goal, Frame::Base, effort, q).unwrap());
     tally.us.push(us);
     tally.kinematics += answer.kinematics;
     tally.most = tally.most.max(answer.kinematics);
@@ -228,7 +229,7 @@ fn run(
             checker.set_q(target).unwrap();
             let X = checker.base_pose(arm).unwrap().inverse() * checker.tip_pose(arm).unwrap();
             let mut q = start.clone();
-            one(&mut robot, arm, &Goal::pose(X).in_base(), effort, &mut q, &mut tally);
+            one(&mut robot, arm, &Goal::pose(X), effort, &mut q, &mut tally);
             let x = [X.position.as_slice(), X.rotation.coords.as_slice()].concat();
             rows.push(text(&[&target[..], &start[..], &x[..]].concat()));
         }

@@ -9,6 +9,8 @@
 //! no call allocates, errors included (lists that are too short for an answer apart), and none depends on what the instance did before: the same
 //! inputs give the same bits. There is no clock, no thread and no log inside.
 //!
+//! Files with masses that no body has are read; `RobotModel::doubtful` warns of them, with link and numbers (`Unphysical::Refused` refuses them).
+//!
 //! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. Obstacles are shapes, or what sensors see while the
 //! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). A [`Planner`] finds free ways between configurations.
 //!
@@ -47,7 +49,7 @@
 //!
 //! let mut q = [0.1, 0.5];
 //! let goal = Goal::position(Vec3::new(0.5, 0.0, 0.3));
-//! let answer = robot.reach(arm, &goal, &Effort::kinematics(500), &mut q)?;
+//! let answer = robot.reach(arm, &goal, Frame::World, &Effort::kinematics(500), &mut q)?;
 //! assert_eq!(answer.outcome, Outcome::Met);
 //! robot.set_q(&q)?;
 //! let mut tau = [0.0; 2];
@@ -74,12 +76,12 @@ pub use bounded::{Sweeps, bounded};
 pub use closed_form::ClosedForm;
 pub use error::{ModelError, ModelFault, RobotError};
 pub use linkwork_collision::{
-    Closest, ColliderId, ColliderSpec, Detail, Distance, Occupancy, Rules, Shape, ShapeFault,
-    Visibility,
+    Closest, ColliderId, ColliderSpec, Detail, Distance, Neighbours, Occupancy, Rules, Shape,
+    ShapeFault, Visibility,
 };
 pub use linkwork_dynamics as dynamics;
 pub use linkwork_dynamics::Known;
-pub use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Residual, Towards};
+pub use linkwork_dynamics::inverse_kinematics::{Goal, Place, Pointing, Residual, Towards};
 pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
@@ -88,7 +90,7 @@ pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
 pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{
-    Aim, Answer, Balance, Balanced, Best, Effort, Friction, Goal, Grasp, Gripped, Guards,
+    Aim, Answer, Balance, Balanced, Best, Effort, Frame, Friction, Grasp, Gripped, Guards,
     HandWeights, Hold, Impedance, MotionLimits, MotionState, MoveSqueeze, Outcome, Path,
     PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace,
     Timed, Timing, Touch, Transfer, Transferred, Way, WholeBody, Wish,

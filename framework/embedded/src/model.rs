@@ -36,6 +36,9 @@ pub struct ModelSpec {
     pub joints: BTreeMap<String, HingeCoordinate>,
     /// What the files say beside this and nobody uses: one line each.
     pub unused: Vec<String>,
+    /// Mass properties of the files that no body has and that were read all the same ([`Unphysical::Read`](linkwork_formats::Unphysical::Read)): a line
+    /// each, with link and numbers.
+    pub doubtful: Vec<String>,
 }
 
 impl ModelSpec {
@@ -60,6 +63,7 @@ impl ModelSpec {
             mechanism: d.builder.clone(),
             joints: joints.collect(),
             unused: d.ignored.iter().map(ToString::to_string).collect(),
+            doubtful: d.doubtful.iter().map(ToString::to_string).collect(),
             ..Self::default()
         })
     }
@@ -159,6 +163,7 @@ pub struct RobotModel {
     pub(crate) scene: Scene,
     joints: BTreeMap<String, (usize, usize)>,
     unused: Vec<String>,
+    doubtful: Vec<String>,
 }
 
 impl RobotModel {
@@ -215,11 +220,22 @@ impl RobotModel {
         }
         let linkages = linkages(spec)?;
         let scene = Scene::new(spec, &multibody, &parts, &linkages)?;
-        let (tree, unused) = (Tree::new(&multibody), spec.unused.clone());
-        Ok(Arc::new(Self { tree, parts, tips, objects, linkages, limits, scene, joints, unused }))
+        Ok(Arc::new(Self {
+            tree: Tree::new(&multibody),
+            parts,
+            tips,
+            objects,
+            linkages,
+            limits,
+            scene,
+            joints,
+            unused: spec.unused.clone(),
+            doubtful: spec.doubtful.clone(),
+        }))
     }
 
-    /// A robot from a URDF (MJCF, SDF) file; parts from the groups of an SRDF file, where one is given.
+    /// A robot from a URDF (MJCF, SDF) file; parts from the groups of an SRDF file, where one is given. Look at [`doubtful`](Self::doubtful)
+    /// afterwards, unless the options refuse such numbers.
     ///
     /// # Errors
     /// All that is wrong with the files and the parts.
@@ -341,6 +357,13 @@ impl RobotModel {
     #[must_use]
     pub fn unused(&self) -> &[String] {
         &self.unused
+    }
+
+    /// Mass properties of the files that no body has and that were read all the same: warnings, one line each, with link and numbers.
+    /// [`Unphysical::Refused`](linkwork_formats::Unphysical::Refused) refuses them instead.
+    #[must_use]
+    pub fn doubtful(&self) -> &[String] {
+        &self.doubtful
     }
 
     pub(crate) fn chain(&self, part: Part) -> Result<&Chain, RobotError> {

@@ -50,13 +50,21 @@ fn no_call_allocates_after_set_up() {
         for p in [far, near] {
             let goal = Goal::pose(Pose::translation(p, 0.4, 1.1));
             clamped.copy_from_slice(&start);
-            black_box(robot.reach(left, &goal, &Effort::default(), &mut clamped).unwrap());
+            black_box(
+                robot.reach(left, &goal, Frame::World, &Effort::default(), &mut clamped).unwrap(),
+            );
             black_box(robot.reach_on(left, 10, &mut clamped).unwrap());
             clamped.copy_from_slice(&start);
             let prefer = Prefer { manipulable: 0.1, ..Prefer::centred().starts(3) };
-            black_box(robot.reach_all(&form, &goal, &q, &mut all).unwrap());
-            let best =
-                robot.reach_best(left, &goal, &prefer, &Effort::kinematics(3000), &mut clamped);
+            black_box(robot.reach_all(&form, &goal, Frame::World, &q, &mut all).unwrap());
+            let best = robot.reach_best(
+                left,
+                &goal,
+                Frame::World,
+                &prefer,
+                &Effort::kinematics(3000),
+                &mut clamped,
+            );
             black_box(best.unwrap());
         }
         robot.grasp(left, beam, Grasp::Here).unwrap();
@@ -95,7 +103,9 @@ fn no_call_allocates_after_set_up() {
         robot.release(left, beam).unwrap();
         robot.ungrasp(beam).unwrap();
         let nan = Goal::position(spatial::Vec3::repeat(f64::NAN));
-        black_box(robot.reach(left, &nan, &Effort::default(), &mut clamped).unwrap_err());
+        black_box(
+            robot.reach(left, &nan, Frame::World, &Effort::default(), &mut clamped).unwrap_err(),
+        );
         black_box(robot.tip_pose(gripper).unwrap_err());
         robot.put(beam, Pose::identity()).unwrap();
     });

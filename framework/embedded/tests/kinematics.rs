@@ -269,3 +269,17 @@ fn mistakes_are_told_with_place_and_remedy() {
     let text = RobotModel::new(&looped).unwrap_err().to_string();
     assert!(text.contains("loop `ring` is not part of an embedded model"), "{text}");
 }
+
+#[test]
+fn masses_of_a_file_that_no_body_has_are_told_or_refused() {
+    let text = r#"<robot name="r"><link name="upper"><inertial><mass value="1"/>
+        <inertia ixx="-3.5e-8" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"#;
+    let mut options = formats::ReadOptions::default();
+    let spec = ModelSpec::from_description(&formats::read_text(text, &options).unwrap()).unwrap();
+    let model = RobotModel::new(&spec).unwrap();
+    let [line] = model.doubtful() else { panic!("{:?}", model.doubtful()) };
+    assert!(line.contains("link `upper`") && line.contains("-0.000000035"), "{line}");
+    options.unphysical = formats::Unphysical::Refused;
+    let told = formats::read_text(text, &options).unwrap_err().to_string();
+    assert!(told.contains("link `upper`"), "{told}");
+}

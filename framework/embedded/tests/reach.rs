@@ -42,7 +42,7 @@ fn targets_of_the_reference_are_met_within_limits_and_few_evaluations() {
         let (mut total, mut count) = (0, 0);
         let mut solve = |start: &[f64], X: &Pose, effort: &Effort| {
             let mut q = start.to_vec();
-            let answer = robot.reach(arm, &Goal::pose(*X).in_base(), effort, &mut q).unwrap();
+            let answer = robot.reach(arm, &Goal::pose(*X), Frame::Base, effort, &mut q).unwrap();
             assert_eq!(answer.outcome, Outcome::Met, "{name} {answer:?}");
             let (p, R) = off(&model, &json, &q, X);
             assert!(p < 2e-9 && R < 2e-8 && within(&json, &q), "{name} {p:e} {R:e} {q:?}");
@@ -75,8 +75,8 @@ fn out_of_reach_is_answered_with_the_nearest() {
         for row in json["unreachable"].as_array().unwrap() {
             let X = pose(&numbers(row));
             let mut q = vec![0.0; model.nq()];
-            let goal = Goal::pose(X).in_base();
-            let answer = robot.reach(arm, &goal, &Effort::default(), &mut q).unwrap();
+            let goal = Goal::pose(X);
+            let answer = robot.reach(arm, &goal, Frame::Base, &Effort::default(), &mut q).unwrap();
             assert_eq!(answer.outcome, Outcome::Nearest);
             // The residual is that of q, and no less than geometry says.
             let (p, R) = off(&model, &json, &q, &X);
@@ -113,10 +113,11 @@ fn portions_and_other_work_leave_no_trace() {
     let n = model.nq();
     for row in json["far"].as_array().unwrap().iter().take(60) {
         let x = numbers(row);
-        let goal = Goal::pose(pose(&x[2 * n..])).in_base();
+        let goal = Goal::pose(pose(&x[2 * n..]));
         let (mut a, mut b) = (x[n..2 * n].to_vec(), x[n..2 * n].to_vec());
-        let once = whole.reach(arm, &goal, &Effort::default(), &mut a).unwrap();
-        let mut answer = cut.reach(arm, &goal, &Effort::kinematics(3), &mut b).unwrap();
+        let once = whole.reach(arm, &goal, Frame::Base, &Effort::default(), &mut a).unwrap();
+        let mut answer =
+            cut.reach(arm, &goal, Frame::Base, &Effort::kinematics(3), &mut b).unwrap();
         let mut portions = 1;
         while answer.outcome == Outcome::Unfinished {
             assert!(answer.kinematics <= 3 * portions, "the bound holds");
@@ -144,8 +145,9 @@ fn centring_finds_the_least_of_the_known_minima() {
         let X = pose(&row[2 * n..]);
         let mut q = row[n..2 * n].to_vec();
         let prefer = Prefer::centred().starts(120);
-        let goal = Goal::pose(X).in_base();
-        let best = robot.reach_best(arm, &goal, &prefer, &Effort::default(), &mut q).unwrap();
+        let goal = Goal::pose(X);
+        let best =
+            robot.reach_best(arm, &goal, Frame::Base, &prefer, &Effort::default(), &mut q).unwrap();
         let cost: f64 = (0..n)
             .map(|i| 0.5 * ((q[i] - 0.5 * (low[i] + high[i])) / (high[i] - low[i])).powi(2))
             .sum();
@@ -168,13 +170,20 @@ fn manipulability_rises_along_the_null_space() {
     let (rows, mut improved, mut free) = (Rows::All { length: 1.0 }, 0, 0);
     for row in json["far"].as_array().unwrap().iter().take(20) {
         let x = numbers(row);
-        let goal = Goal::pose(pose(&x[2 * n..])).in_base();
+        let goal = Goal::pose(pose(&x[2 * n..]));
         let mut plain = x[n..2 * n].to_vec();
-        robot.reach(arm, &goal, &Effort::default(), &mut plain).unwrap();
+        robot.reach(arm, &goal, Frame::Base, &Effort::default(), &mut plain).unwrap();
         // From a solution on: the first start is met at once, and improved.
         let mut liked = plain.clone();
         let best = robot
-            .reach_best(arm, &goal, &Prefer::manipulable(), &Effort::default(), &mut liked)
+            .reach_best(
+                arm,
+                &goal,
+                Frame::Base,
+                &Prefer::manipulable(),
+                &Effort::default(),
+                &mut liked,
+            )
             .unwrap();
         assert_eq!((best.outcome, best.solutions), (Outcome::Met, 1));
         let mut w = |q: &[f64]| {
@@ -220,7 +229,8 @@ fn a_part_moves_alone_and_its_goal_may_be_in_the_world() {
         X.position + Vec3::new(0.02, 0.05, -0.04),
     );
     let start = q.clone();
-    let answer = robot.reach(left, &Goal::pose(there), &Effort::default(), &mut q).unwrap();
+    let answer =
+        robot.reach(left, &Goal::pose(there), Frame::World, &Effort::default(), &mut q).unwrap();
     assert_eq!(answer.outcome, Outcome::Met);
     assert_eq!(robot.q(), &start[..], "the robot's own q does not change");
     for i in (0..model.nq()).filter(|i| !dofs.contains(i)) {
@@ -230,11 +240,12 @@ fn a_part_moves_alone_and_its_goal_may_be_in_the_world() {
     let (p, R) = apart(&robot.tip_pose(left).unwrap(), &there);
     assert!(p < 2e-9 && R < 2e-8);
     // Position alone; two joints of a neck meet a direction only in part, and say so.
-    let answer =
-        robot.reach(left, &Goal::position(X.position), &Effort::default(), &mut q).unwrap();
+    let answer = robot
+        .reach(left, &Goal::position(X.position), Frame::World, &Effort::default(), &mut q)
+        .unwrap();
     assert_eq!((answer.outcome, answer.residual.orientation), (Outcome::Met, 0.0));
     let up = Goal::orientation(Quat::from_scaled_axis(Vec3::new(1.0, 0.0, 0.0)));
-    let answer = robot.reach(neck, &up, &Effort::default(), &mut q).unwrap();
+    let answer = robot.reach(neck, &up, Frame::World, &Effort::default(), &mut q).unwrap();
     assert_eq!(answer.outcome, Outcome::Nearest);
     assert!(answer.residual.orientation > 0.1);
 }
@@ -255,7 +266,7 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let ok = Goal::position(Vec3::new(0.85, 0.3, 0.0));
     let mut refuse = |part, goal: Goal, effort: Effort, start: &[f64]| {
         let mut q = start.to_vec();
-        let e = robot.reach(part, &goal, &effort, &mut q).unwrap_err();
+        let e = robot.reach(part, &goal, Frame::World, &effort, &mut q).unwrap_err();
         assert!(difference(&q, start) == 0.0 || start.iter().any(|x| x.is_nan()));
         e
     };
@@ -276,8 +287,8 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     assert!(matches!(refuse(arm, ok, loose, &[0.0; 2]), RobotError::OutOfRange { .. }));
     let mut q = [0.0; 2];
     let none = Prefer { centred: 0.0, ..Prefer::centred() };
-    assert!(robot.reach_best(arm, &ok, &none, &normal, &mut q).is_err());
-    assert_eq!(robot.reach(arm, &ok, &normal, &mut q).unwrap().outcome, Outcome::Met);
+    assert!(robot.reach_best(arm, &ok, Frame::World, &none, &normal, &mut q).is_err());
+    assert_eq!(robot.reach(arm, &ok, Frame::World, &normal, &mut q).unwrap().outcome, Outcome::Met);
 }
 
 /// A tip at a place with one axis given, in the world and in the base of its chain; the turn about the axis is free, so that limits leave more.
@@ -296,11 +307,10 @@ fn an_axis_in_place_of_an_attitude() {
         let world = Goal::position(X.position).and_pointing(Pointing::along(axis, along));
         let inside = B.inverse() * X;
         let base = Goal::position(inside.position)
-            .and_pointing(Pointing::along(axis, B.rotation.inverse() * along))
-            .in_base();
-        for goal in [world, base] {
+            .and_pointing(Pointing::along(axis, B.rotation.inverse() * along));
+        for (goal, frame) in [(world, Frame::World), (base, Frame::Base)] {
             let mut q = model.multibody().neutral_q();
-            let answer = robot.reach(left, &goal, &Effort::default(), &mut q).unwrap();
+            let answer = robot.reach(left, &goal, frame, &Effort::default(), &mut q).unwrap();
             if answer.outcome == Outcome::Met {
                 robot.set_q(&q).unwrap();
                 let Y = robot.tip_pose(left).unwrap();
@@ -313,9 +323,11 @@ fn an_axis_in_place_of_an_attitude() {
     assert!(met >= 78, "{met} of 80");
     let mut q = model.multibody().neutral_q();
     let bad = Goal::pointing(Pointing::along(Vec3::z(), Vec3::z() * 2.0));
-    let told = robot.reach(left, &bad, &Effort::default(), &mut q).unwrap_err().to_string();
+    let told =
+        robot.reach(left, &bad, Frame::World, &Effort::default(), &mut q).unwrap_err().to_string();
     assert!(told.contains("length 1"), "{told}");
     let wide = Goal::pointing(Pointing::along(Vec3::z(), Vec3::z()).within(4.0));
-    let told = robot.reach(left, &wide, &Effort::default(), &mut q).unwrap_err().to_string();
+    let told =
+        robot.reach(left, &wide, Frame::World, &Effort::default(), &mut q).unwrap_err().to_string();
     assert!(told.contains("cone"), "{told}");
 }

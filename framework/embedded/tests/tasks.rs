@@ -69,7 +69,8 @@ fn mass(body: &Value) -> f64 {
 /// A goal is met from a start by our own inverse kinematics, within 1e-9.
 fn meets(robot: &mut Robot, part: Part, X: &Pose, start: &[f64]) {
     let mut q = start.to_vec();
-    let answer = robot.reach(part, &Goal::pose(*X), &Effort::default(), &mut q).unwrap();
+    let answer =
+        robot.reach(part, &Goal::pose(*X), Frame::World, &Effort::default(), &mut q).unwrap();
     assert_eq!(answer.outcome, Outcome::Met);
     let before = robot.q().to_vec();
     robot.set_q(&q).unwrap();

@@ -40,7 +40,7 @@ int main(int argc, char **argv) {
   LwBuilder *builder = NULL;
   if (lw_builder_new(&builder) != LW_STATUS_OK) return 1;
   snprintf(path, sizeof path, "%s/arm.urdf", argv[1]);
-  BUILD(lw_builder_robot_file(builder, path, LW_ROOT_FIXED, LW_INERTIA_PHYSICAL));
+  BUILD(lw_builder_robot_file(builder, path, LW_ROOT_FIXED, LW_INERTIA_WARN));
   snprintf(path, sizeof path, "%s/arm.srdf", argv[1]);
   BUILD(lw_builder_groups_file(builder, path));
   BUILD(lw_builder_file_shapes(builder));
@@ -54,6 +54,9 @@ int main(int argc, char **argv) {
   BUILD(lw_builder_shape(builder, "shelf", "world", &above, &board));
   LwModel *model = NULL;
   BUILD(lw_builder_model(builder, &model));
+  char warnings[2000]; /* masses of the file that no body has */
+  lw_model_doubtful(model, warnings, sizeof warnings, NULL);
+  if (warnings[0]) fprintf(stderr, "warning: %s\n", warnings);
   lw_builder_free(builder);
 
   /* Names once. */

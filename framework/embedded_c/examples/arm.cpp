@@ -23,6 +23,8 @@ static void run(const std::string &folder) {
   builder.shape("can", "cup", {LW_SHAPE_CYLINDER, {0.04, 0.05, 0.0}});
   builder.shape("shelf", "world", {LW_SHAPE_BOX, {0.1, 0.4, 0.02}}, LwPose{{0.6, 0.0, 0.9}, {0, 0, 0, 1}});
   const Model model = builder.model();
+  // Masses of the file that no body has.
+  if (const auto warnings = model.doubtful(); !warnings.empty()) std::cerr << "warning: " << warnings << "\n";
   const auto arm = model.part("arm");
   const auto cup = model.object("cup");
 

@@ -4,10 +4,10 @@ use crate::edge::{self, LwPose, Out, alone, text, value};
 use crate::model::LwModel;
 use crate::status::{Fault, LwStatus, Message};
 use linkwork_embedded::formats::{
-    Description, ReadOptions, Root, Srdf, read_file, read_srdf, read_srdf_file, read_text,
+    Description, ReadOptions, Root, Srdf, Unphysical, read_file, read_srdf, read_srdf_file,
+    read_text,
 };
-use linkwork_embedded::multibody::{BodySpec, Hinge};
-use linkwork_embedded::spatial::{InertiaCheck, MassProperties, Mat3, Vec3};
+use linkwork_embedded::spatial::{InertiaCheck, Vec3};
 use linkwork_embedded::{ColliderSpec, ModelSpec, ObjectSpec, PartSpec, RobotModel, Shape};
 use std::ffi::c_char;
 use std::path::PathBuf;
@@ -23,11 +23,17 @@ pub const LW_ROOT_FREE: u32 = 2;
 pub const LW_ROOT_PLANAR: u32 = 3;
 const ROOTS: [Root; 4] = [Root::AsWritten, Root::Fixed, Root::Free, Root::Planar];
 
+/// Inertias that no body has are read: moments that break the triangle inequality as they are, those below zero as 0, those without a mass not at all. `lw_model_doubtful` tells them.
+pub const LW_INERTIA_WARN: u32 = 0;
 /// Inertias that no body has are refused.
-pub const LW_INERTIA_PHYSICAL: u32 = 0;
-/// Principal moments need only not be negative, for published data that break the triangle inequality.
-pub const LW_INERTIA_POSITIVE_MOMENTS: u32 = 1;
-const CHECKS: [InertiaCheck; 2] = [InertiaCheck::Physical, InertiaCheck::PositiveMoments];
+pub const LW_INERTIA_PHYSICAL: u32 = 1;
+/// Principal moments need only not be negative, for published data that break the triangle inequality; others are refused.
+pub const LW_INERTIA_POSITIVE_MOMENTS: u32 = 2;
+const CHECKS: [(InertiaCheck, Unphysical); 3] = [
+    (InertiaCheck::Physical, Unphysical::Read),
+    (InertiaCheck::Physical, Unphysical::Refused),
+    (InertiaCheck::PositiveMoments, Unphysical::Refused),
+];
 
 /// A ball about the origin: `size` = radius, unused, unused.
 pub const LW_SHAPE_SPHERE: u32 = 0;
@@ -39,13 +45,6 @@ pub const LW_SHAPE_CAPSULE: u32 = 2;
 pub const LW_SHAPE_CYLINDER: u32 = 3;
 /// All points with z <= 0: `size` unused.
 pub const LW_SHAPE_HALF_SPACE: u32 = 4;
-
-/// The body does not move on its parent.
-pub const LW_HINGE_LOCKED: u32 = 0;
-/// It turns about an axis.
-pub const LW_HINGE_PIN: u32 = 1;
-/// It slides along an axis.
-pub const LW_HINGE_SLIDER: u32 = 2;
 
 /// A shape in its own frame.
 #[repr(C)]
@@ -108,24 +107,42 @@ impl Draft {
         let root = *ROOTS.get(root as usize).ok_or(choice)?;
         let (what, help) = ("inertia", "one of LW_INERTIA_..");
         let choice = Fault::Choice { what, value: inertia, help };
-        let inertia = *CHECKS.get(inertia as usize).ok_or(choice)?;
-        Ok(ReadOptions { root, inertia, ..self.options.clone() })
+        let (inertia, unphysical) = *CHECKS.get(inertia as usize).ok_or(choice)?;
+        Ok(ReadOptions { root, inertia, unphysical, ..self.options.clone() })
     }
 
     /// Parts and shapes that were given before stay.
     fn robot(&mut self, d: Description) -> Result<(), Fault> {
+        if let Some(body) = self.spec.mechanism.bodies().first() {
+            let text = format!(
+                "body `{}` was added before the file\n  help: read the file first, then add bodies to it",
+                body.name
+            );
+            return Err(Fault::Model(text));
+        }
         let read = ModelSpec::from_description(&d)?;
         let spec = &mut self.spec;
         (spec.mechanism, spec.joints) = (read.mechanism, read.joints);
         spec.unused.extend(read.unused);
+        spec.doubtful.extend(read.doubtful);
         self.description = Some(d);
         Ok(())
     }
 
     /// What the robot's file says.
     fn file(&self) -> Result<&Description, Fault> {
-        let text = "this builder has no robot yet\n  help: call lw_builder_robot_file before";
+        let text =
+            "this builder has no file of a robot yet\n  help: call lw_builder_robot_file before";
         self.description.as_ref().ok_or_else(|| Fault::Model(text.into()))
+    }
+
+    /// That there is a mechanism.
+    fn whole(&self) -> Result<(), Fault> {
+        if self.description.is_some() || !self.spec.mechanism.bodies().is_empty() {
+            return Ok(());
+        }
+        let text = "this builder has no robot yet\n  help: call lw_builder_robot_file or lw_builder_body before";
+        Err(Fault::Model(text.into()))
     }
 
     fn groups(&mut self, srdf: &Srdf) -> Result<(), Fault> {
@@ -316,50 +333,8 @@ pub unsafe extern "C" fn lw_builder_object(
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let name = text("name", name)?.to_owned();
-            let com = Vec3::from(value("center", center.cast::<[f64; 3]>())?);
-            let inertia = Mat3::from_row_slice(&value("inertia", inertia.cast::<[f64; 9]>())?);
-            let mass = MassProperties::new(mass, com, inertia);
+            let mass = crate::mechanism::mass_of(mass, center, inertia)?;
             d.spec.objects.push(ObjectSpec { name, mass });
-            Ok(())
-        })
-    }
-}
-
-/// A body that hangs on an object, or on another such body (`parent`), by a hinge at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. `hinge`: one of
-/// `LW_HINGE_..`; `axis` (3 numbers, of any length but zero; unused, and may be NULL, for `LW_HINGE_LOCKED`). Mass properties as of `lw_builder_object`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_object_body(
-    builder: *mut LwBuilder,
-    name: *const c_char,
-    parent: *const c_char,
-    hinge: u32,
-    axis: *const f64,
-    at: *const LwPose,
-    mass: f64,
-    center: *const f64,
-    inertia: *const f64,
-) -> LwStatus {
-    // SAFETY: the caller's promises.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            let (name, parent) = (text("name", name)?, text("parent", parent)?);
-            let along = || Ok::<_, Fault>(Vec3::from(value("axis", axis.cast::<[f64; 3]>())?));
-            let hinge = match hinge {
-                LW_HINGE_LOCKED => Hinge::locked(),
-                LW_HINGE_PIN => Hinge::pin(along()?),
-                LW_HINGE_SLIDER => Hinge::slider(along()?),
-                value => {
-                    return Err(Fault::Choice { what: "hinge", value, help: "one of LW_HINGE_.." });
-                }
-            };
-            let com = Vec3::from(value("center", center.cast::<[f64; 3]>())?);
-            let inertia = Mat3::from_row_slice(&value("inertia", inertia.cast::<[f64; 9]>())?);
-            let mass = MassProperties::new(mass, com, inertia);
-            let mut body = BodySpec::new(name, parent).hinge(hinge).mass(mass);
-            if !at.is_null() {
-                body = body.hinge_in_parent(value("at", at)?.checked()?);
-            }
-            d.spec.linkages.body(body);
             Ok(())
         })
     }
@@ -422,22 +397,6 @@ pub unsafe extern "C" fn lw_builder_voxel_map(
     }
 }
 
-/// Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_builder_ignore(
-    builder: *mut LwBuilder,
-    a: *const c_char,
-    b: *const c_char,
-) -> LwStatus {
-    // SAFETY: the caller's promises.
-    unsafe {
-        alone(builder, LwBuilder::parts, |d| {
-            d.spec.rules.ignore.push([text("a", a)?.to_owned(), text("b", b)?.to_owned()]);
-            Ok(())
-        })
-    }
-}
-
 /// Checks everything and makes the model, into `out`; free it with `lw_model_free`. The builder stays, and may make others. All mistakes are in the message.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_model(
@@ -448,7 +407,7 @@ pub unsafe extern "C" fn lw_builder_model(
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
             let out = Out::new("out", out)?;
-            d.file()?;
+            d.whole()?;
             out.set(LwModel::give(RobotModel::new(&d.spec)?));
             Ok(())
         })

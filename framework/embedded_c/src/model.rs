@@ -70,6 +70,22 @@ pub unsafe extern "C" fn lw_model_unused(
     }
 }
 
+/// Warnings: mass properties of the robot's file that no body has and that were read all the same (`LW_INERTIA_WARN`), one line each with link and numbers; empty when there are none: as `lw_builder_message`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_doubtful(
+    model: *const LwModel,
+    buffer: *mut c_char,
+    room: usize,
+    wanted: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            write_text(&m.model.doubtful().join("\n"), buffer, room, wanted)
+        })
+    }
+}
+
 /// Numbers of q into `nq`, degrees of freedom into `nv`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_sizes(
@@ -245,7 +261,7 @@ pub unsafe extern "C" fn lw_model_collider_name(
     }
 }
 
-/// The places in q and among the degrees of freedom of a joint with one coordinate, by the name that the file gives it.
+/// The places in q and among the degrees of freedom of a joint with one coordinate, by the name that the file gives it, or of a body of `lw_builder_body` by its name.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_model_joint(
     model: *const LwModel,
@@ -259,7 +275,8 @@ pub unsafe extern "C" fn lw_model_joint(
             let (in_q, in_v) = (Out::new("in_q", in_q)?, Out::new("in_v", in_v)?);
             let name = text("name", name)?;
             let none = || {
-                let help = "name a joint of the file that has one coordinate";
+                let help =
+                    "name a joint of the file, or a body that was added, with one coordinate";
                 Fault::Unknown(format!(
                     "there is no joint `{name}` with one coordinate\n  help: {help}"
                 ))
@@ -267,6 +284,64 @@ pub unsafe extern "C" fn lw_model_joint(
             let (q, v) = m.model.coordinate(name).ok_or_else(none)?;
             in_q.set(q);
             in_v.set(v);
+            Ok(())
+        })
+    }
+}
+
+/// Where the hinge of a body has its numbers: the first in q into `in_q` and how many into `q_count`, among the degrees of freedom into `in_v` and `v_count`. A welded one has none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_hinge(
+    model: *const LwModel,
+    body: u32,
+    in_q: *mut usize,
+    q_count: *mut usize,
+    in_v: *mut usize,
+    v_count: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (in_q, q_count) = (Out::new("in_q", in_q)?, Out::new("q_count", q_count)?);
+            let (in_v, v_count) = (Out::new("in_v", in_v)?, Out::new("v_count", v_count)?);
+            let b = m.model.multibody().bodies().get(body as usize);
+            let b = b.ok_or(RobotError::ForeignHandle)?;
+            in_q.set(b.q().start);
+            q_count.set(b.q().len());
+            in_v.set(b.v().start);
+            v_count.set(b.v().len());
+            Ok(())
+        })
+    }
+}
+
+/// As `lw_model_hinge`, of a body that hangs on an object (`lw_model_object_body`): the places are those among the numbers of that object's joints. The object itself has none.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_object_hinge(
+    model: *const LwModel,
+    object: u32,
+    body: u32,
+    in_q: *mut usize,
+    q_count: *mut usize,
+    in_v: *mut usize,
+    v_count: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let (in_q, q_count) = (Out::new("in_q", in_q)?, Out::new("q_count", q_count)?);
+            let (in_v, v_count) = (Out::new("in_v", in_v)?, Out::new("v_count", v_count)?);
+            let object = m.model.objects().nth(object as usize).map(|o| o.0);
+            let bodies = m.model.object_multibody(object.ok_or(RobotError::ForeignHandle)?);
+            let all = bodies.map_or(&[][..], |m| m.bodies());
+            let (root, b) = (all.first(), all.get(body as usize));
+            let (root, b) = root.zip(b).ok_or(RobotError::ForeignHandle)?;
+            // The root comes first, and its numbers are no joint's.
+            let own = body != 0;
+            in_q.set(b.q().start.saturating_sub(root.q().len()));
+            q_count.set(if own { b.q().len() } else { 0 });
+            in_v.set(b.v().start.saturating_sub(root.v().len()));
+            v_count.set(if own { b.v().len() } else { 0 });
             Ok(())
         })
     }

@@ -5,7 +5,7 @@ use crate::robot::LwRobot;
 use crate::status::{Fault, LwStatus};
 use linkwork_embedded::spatial::Vec3;
 use linkwork_embedded::{
-    Answer, ClosedForm, Effort, Goal, Outcome, Part, Place, Pointing, Prefer, RobotError,
+    Answer, ClosedForm, Effort, Frame, Goal, Outcome, Part, Place, Pointing, Prefer, RobotError,
     RobotModel, Towards,
 };
 
@@ -45,7 +45,7 @@ pub struct LwGoal {
 }
 
 impl LwGoal {
-    fn checked(&self) -> Result<Goal, Fault> {
+    fn checked(&self) -> Result<(Goal, Frame), Fault> {
         let asks = |what| self.parts & what != 0;
         let both = |a, b| asks(a) && asks(b);
         let [place, axis] = [[LW_GOAL_PLANE, LW_GOAL_LINE], [LW_GOAL_AXIS, LW_GOAL_LOOK_AT]];
@@ -78,14 +78,9 @@ impl LwGoal {
             () if asks(LW_GOAL_LOOK_AT) => Some(pointing(Towards::Point(towards()?))?),
             () => None,
         };
-        Ok(Goal {
-            position: position.transpose()?,
-            orientation: orientation.transpose()?,
-            weights: self.weights,
-            in_base: asks(LW_GOAL_IN_BASE),
-            place,
-            pointing,
-        })
+        let (position, orientation) = (position.transpose()?, orientation.transpose()?);
+        let goal = Goal { position, orientation, weights: self.weights, place, pointing };
+        Ok((goal, if asks(LW_GOAL_IN_BASE) { Frame::Base } else { Frame::World }))
     }
 }
 
@@ -252,11 +247,12 @@ pub unsafe extern "C" fn lw_robot_reach(
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
-            let (answer, goal) = (Out::new("answer", answer)?, value("goal", goal)?.checked()?);
+            let answer = Out::new("answer", answer)?;
+            let (goal, frame) = value("goal", goal)?.checked()?;
             let own = effort_of(effort)?;
             let part = r.part(part)?;
             let q = numbers_mut("q", q, n, r.model().nq())?;
-            answer.set(r.robot.reach(part, &goal, &own, q)?.into());
+            answer.set(r.robot.reach(part, &goal, frame, &own, q)?.into());
             Ok(())
         })
     }
@@ -278,12 +274,13 @@ pub unsafe extern "C" fn lw_robot_reach_best(
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
-            let (best, goal) = (Out::new("best", best)?, value("goal", goal)?.checked()?);
+            let best = Out::new("best", best)?;
+            let (goal, frame) = value("goal", goal)?.checked()?;
             let LwPrefer { centred, manipulable, length, starts, steps } = value("prefer", prefer)?;
             let prefer = Prefer { centred, manipulable, length, starts, steps };
             let (own, part) = (effort_of(effort)?, r.part(part)?);
             let q = numbers_mut("q", q, n, r.model().nq())?;
-            let told = r.robot.reach_best(part, &goal, &prefer, &own, q)?;
+            let told = r.robot.reach_best(part, &goal, frame, &prefer, &own, q)?;
             let (solutions, kinematics) = (told.solutions, told.kinematics);
             let outcome = told.outcome.into();
             best.set(LwBest { cost: told.cost, solutions, kinematics, outcome });
@@ -331,7 +328,8 @@ pub unsafe extern "C" fn lw_robot_reach_all(
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
-            let (count, goal) = (Out::new("count", count)?, value("goal", goal)?.checked()?);
+            let count = Out::new("count", count)?;
+            let (goal, frame) = value("goal", goal)?.checked()?;
             let part = r.part(part)?;
             let nq = r.model().nq();
             let all = rows.saturating_mul(nq);
@@ -339,7 +337,7 @@ pub unsafe extern "C" fn lw_robot_reach_all(
             let q = numbers("q", q, n, nq)?;
             let out = numbers_mut("solutions", solutions, all, all)?;
             let form = r.closed.form(part, held)?;
-            count.set(r.robot.reach_all(form, &goal, q, out)?);
+            count.set(r.robot.reach_all(form, &goal, frame, q, out)?);
             Ok(())
         })
     }

@@ -47,6 +47,21 @@ pub unsafe extern "C" fn lw_builder_hull(
     }
 }
 
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn mesh(
+    (vertices, vertex_count): (*const f64, usize),
+    (triangles, triangle_count): (*const u32, usize),
+) -> Result<Shape, Fault> {
+    // SAFETY: the caller has 3 numbers of each.
+    unsafe {
+        let vertices = points("vertices", vertices, vertex_count)?;
+        let triangles = triangles.cast::<[u32; 3]>();
+        let triangles = numbers("triangles", triangles, triangle_count, triangle_count)?.to_vec();
+        Ok(Shape::Mesh { vertices, triangles })
+    }
+}
+
 /// A surface of triangles: `vertex_count` corners (3 numbers each, m), and `triangle_count` triangles (3 indices of corners each, from 0, counter-clockwise seen from outside). Only its outside pushes; a
 /// hull is faster and better where it fits. Every robot takes 8 bytes for each triangle of the largest. `at` and `carrier` as of `lw_builder_shape`.
 #[unsafe(no_mangle)]
@@ -63,11 +78,8 @@ pub unsafe extern "C" fn lw_builder_mesh(
     // SAFETY: the caller's promises.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
-            let vertices = points("vertices", vertices, vertex_count)?;
-            let triangles = triangles.cast::<[u32; 3]>();
-            let triangles = numbers("triangles", triangles, triangle_count, triangle_count)?;
-            let triangles = triangles.to_vec();
-            d.collider(name, carrier, at, Shape::Mesh { vertices, triangles })
+            let shape = mesh((vertices, vertex_count), (triangles, triangle_count))?;
+            d.collider(name, carrier, at, shape)
         })
     }
 }
@@ -125,6 +137,46 @@ pub unsafe extern "C" fn lw_builder_coarse_hull(
         alone(builder, LwBuilder::parts, |d| {
             let (name, points) = (text("name", name)?, self::points("points", points, n)?);
             d.coarse(name, Shape::ConvexHull { points })
+        })
+    }
+}
+
+/// As `lw_builder_coarse`, with a surface of triangles as the coarse shape: as of `lw_builder_mesh`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_coarse_mesh(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    vertices: *const f64,
+    vertex_count: usize,
+    triangles: *const u32,
+    triangle_count: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let shape = mesh((vertices, vertex_count), (triangles, triangle_count))?;
+            d.coarse(text("name", name)?, shape)
+        })
+    }
+}
+
+/// As `lw_builder_coarse`, with cubes as the coarse shape: a grid of `cells` (3 numbers) of them along x, y, z from the origin of the frame, with the edge `edge` (m), of which `n` are occupied: `occupied` has three
+/// indices of each, from 0. They stay as they are: `lw_robot_set_cells` changes a collider's own shape.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_coarse_voxel_map(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    cells: *const u32,
+    edge: f64,
+    occupied: *const u32,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let cells = value("cells", cells.cast::<[u32; 3]>())?.map(|n| n as usize);
+            let occupied = numbers("occupied", occupied.cast::<[u32; 3]>(), n, n)?.to_vec();
+            d.coarse(text("name", name)?, Shape::VoxelMap { cells, edge, occupied })
         })
     }
 }

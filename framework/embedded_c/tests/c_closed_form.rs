@@ -51,7 +51,7 @@ fn in_rust(text: &CStr, tip: &str, held: Option<usize>, goal: &Goal, q: &[f64]) 
     let model = RobotModel::new(&spec).unwrap();
     let closed = model.closed_form(model.part("arm").unwrap(), held).unwrap();
     let mut out = vec![0.0; ClosedForm::MOST * q.len()];
-    let count = Robot::new(&model).reach_all(&closed, goal, q, &mut out).unwrap();
+    let count = Robot::new(&model).reach_all(&closed, goal, Frame::World, q, &mut out).unwrap();
     out.truncate(count * q.len());
     out
 }

@@ -97,7 +97,7 @@ fn expected() -> String {
     robot.jacobian(arm, &mut J).unwrap();
     print("jacobian", &J);
     let goal = Goal::position(Vec3::new(0.5, 0.2, 0.5));
-    robot.reach(arm, &goal, &Effort::default(), &mut q).unwrap();
+    robot.reach(arm, &goal, Frame::World, &Effort::default(), &mut q).unwrap();
     print("q", &q);
     robot.set_q(&q).unwrap();
     let m = robot.manipulability(arm, Rows::Linear, None).unwrap();

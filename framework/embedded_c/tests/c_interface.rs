@@ -44,7 +44,7 @@ fn the_header_is_what_cbindgen_makes() {
         ..Config::default()
     };
     let mut builder = Builder::new().with_config(config);
-    let set_up = ["status", "edge", "builder", "shape", "model", "robot"];
+    let set_up = ["status", "edge", "builder", "mechanism", "shape", "rules", "model", "robot"];
     let calls = [
         "task",
         "control",
@@ -183,12 +183,24 @@ fn null_is_a_code_wherever_it_is_given() {
             lw_builder_shape(b, a.as_ptr(), a.as_ptr(), null(), null()),
             lw_builder_shape(b, null(), a.as_ptr(), null(), &shape),
             lw_builder_ignore(b, null(), a.as_ptr()),
+            lw_builder_collide(b, a.as_ptr(), null()),
+            lw_builder_apart(b, null(), 1),
+            lw_builder_apart(b, &null(), 1),
+            lw_builder_body(b, a.as_ptr(), null(), null(), null(), 0.0, p, p),
+            lw_builder_body(b, a.as_ptr(), a.as_ptr(), null(), null(), 0.0, null(), p),
+            lw_builder_limits(b, null(), 0.0, 1.0, 1.0, 1.0),
+            lw_builder_coarse_mesh(b, null(), p, 3, &0, 0),
+            lw_builder_coarse_mesh(b, a.as_ptr(), null(), 3, &0, 0),
+            lw_builder_coarse_voxel_map(b, a.as_ptr(), null(), 0.1, null(), 0),
             lw_builder_model(b, null_mut()),
             lw_builder_model(null_mut(), null_mut()),
             lw_model_clone(m, null_mut()),
             lw_model_clone(null(), null_mut()),
             lw_model_message(null(), null_mut(), 0, null_mut()),
             lw_model_unused(null(), null_mut(), 0, null_mut()),
+            lw_model_doubtful(null(), null_mut(), 0, null_mut()),
+            lw_model_hinge(m, 0, &mut n, null_mut(), &mut 0, &mut 0),
+            lw_model_object_hinge(m, 0, 0, &mut n, &mut 0, &mut 0, null_mut()),
             lw_model_sizes(m, null_mut(), &mut n),
             lw_model_sizes(m, &mut n, null_mut()),
             lw_model_part(m, null(), &mut id),
@@ -361,7 +373,7 @@ fn mistakes_are_codes_with_messages() {
         assert_eq!(lw_builder_new(&mut other), Ok);
         assert_eq!(lw_builder_file_shapes(other), Model);
         assert_eq!(lw_builder_robot_text(other, text, 4, 0), OutOfRange);
-        assert_eq!(lw_builder_robot_text(other, text, 0, 2), OutOfRange);
+        assert_eq!(lw_builder_robot_text(other, text, 0, 3), OutOfRange);
         assert_eq!(lw_builder_robot_file(other, c"nowhere.urdf".as_ptr(), 0, 0), Model);
         assert_eq!(lw_builder_model(other, &mut made), Model);
         let says = said(|b, n, w| lw_builder_message(other, b, n, w));
@@ -468,6 +480,7 @@ fn no_call_allocates_after_set_up() {
     let push = LwPush { moment: [1.0; 3], force: [2.0; 3], at: [0.1; 3], part: 0 };
     let (mut q, mut x, mut out, mut hit) = ([0.1; 3], [0.0; 18], pose, false);
     let mut text = [0; 300];
+    let [mut a, mut b, mut c, mut d] = [0; 4];
     // SAFETY: handles of the library; arrays have the lengths given; what is written is written by the calls.
     unsafe {
         let mut answer = std::mem::zeroed::<LwAnswer>();
@@ -477,7 +490,7 @@ fn no_call_allocates_after_set_up() {
         let v = [0.1; 3];
         // The memory of contact points takes its size, as the documentation says.
         assert_eq!(lw_robot_clearance(r, q.as_ptr(), 3, 9.0, &mut closest), LwStatus::Ok);
-        let mut codes = [LwStatus::Panicked; 24];
+        let mut codes = [LwStatus::Panicked; 25];
         let counted = allocation_counter::measure(|| {
             codes = [
                 lw_robot_set_q(r, q.as_ptr(), 3),
@@ -504,6 +517,7 @@ fn no_call_allocates_after_set_up() {
                 lw_robot_pad(r, 0, 0.01),
                 lw_robot_release(r, 0, 0),
                 lw_robot_allow(r, 0, 1),
+                lw_model_hinge(s.model, 0, &mut a, &mut b, &mut c, &mut d),
             ];
             assert_eq!(lw_robot_set_q(r, p, 2), LwStatus::Length);
             assert_eq!(lw_robot_ungrasp(r, 0), LwStatus::NotHeld);
@@ -512,7 +526,7 @@ fn no_call_allocates_after_set_up() {
             let told = lw_robot_message(r, text.as_mut_ptr(), text.len(), null_mut());
             assert_eq!(told, LwStatus::Ok);
         });
-        assert_eq!(codes, [LwStatus::Ok; 24]);
+        assert_eq!(codes, [LwStatus::Ok; 25]);
         assert_eq!(counted.count_total, 0, "{counted:?}");
     }
 }

@@ -54,15 +54,14 @@ fn pliers_in_c_are_those_in_rust() {
         let (c, i) = (center.as_ptr(), inertia.as_ptr());
         let (tool, jaw, screw) = (c"pliers".as_ptr(), c"jaw".as_ptr(), c"screw".as_ptr());
         assert_eq!(lw_builder_object(b, tool, 0.4, c, i), ok);
-        let pin = |axis: *const f64, hinge| {
-            lw_builder_object_body(b, jaw, tool, hinge, axis, &hinge_at, 0.4, c, i)
-        };
-        assert_eq!(pin(null(), LW_HINGE_PIN), LwStatus::Null);
-        assert_eq!(pin([0.0, 1.0, 0.0].as_ptr(), 9), LwStatus::OutOfRange);
-        assert_eq!(pin([0.0, 1.0, 0.0].as_ptr(), LW_HINGE_PIN), ok);
-        let axis = [0.6, 0.0, 0.8];
-        let slide = LW_HINGE_SLIDER;
-        let done = lw_builder_object_body(b, screw, jaw, slide, axis.as_ptr(), null(), 0.4, c, i);
+        let hinge = |kind, axis| LwHinge { kind, axis, second: [0.0; 3], pitch: 0.0 };
+        let pin =
+            |hinge: LwHinge| lw_builder_object_body(b, jaw, tool, &hinge, &hinge_at, 0.4, c, i);
+        let y = [0.0, 1.0, 0.0];
+        assert_eq!(pin(hinge(99, y)), LwStatus::OutOfRange);
+        assert_eq!(pin(hinge(LW_HINGE_PIN, y)), ok);
+        let slide = hinge(LW_HINGE_SLIDER, [0.6, 0.0, 0.8]);
+        let done = lw_builder_object_body(b, screw, jaw, &slide, null(), 0.4, c, i);
         assert_eq!(done, ok);
         assert_eq!(lw_builder_model(b, &mut m), ok);
         assert_eq!(lw_robot_new(m, &mut r), ok);

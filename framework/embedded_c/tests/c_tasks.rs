@@ -125,7 +125,7 @@ fn manipulability_and_rates() {
 }
 
 /// Each part of a pose as a goal, with its goal in Rust.
-fn goals() -> Vec<(LwGoal, Goal)> {
+fn goals() -> Vec<(LwGoal, Goal, Frame)> {
     let X = turned();
     let (place, towards) = (LW_GOAL_POSITION, [0.5, 0.2, -0.9]);
     let length = f64::sqrt(towards.iter().map(|x| x * x).sum());
@@ -138,17 +138,31 @@ fn goals() -> Vec<(LwGoal, Goal)> {
     let looks = Pointing::at(z.into(), point.into());
     let weights = [2.0, 0.5];
     vec![
-        (LwGoal { parts: place | LW_GOAL_PLANE, ..at }, spot.place(Place::Plane(n.into()))),
-        (LwGoal { parts: place | LW_GOAL_LINE, ..at }, spot.place(Place::Line(n.into()))),
-        (LwGoal { parts: place | LW_GOAL_AXIS, ..at }, spot.and_pointing(along)),
+        (
+            LwGoal { parts: place | LW_GOAL_PLANE, ..at },
+            spot.place(Place::Plane(n.into())),
+            Frame::World,
+        ),
+        (
+            LwGoal { parts: place | LW_GOAL_LINE, ..at },
+            spot.place(Place::Line(n.into())),
+            Frame::World,
+        ),
+        (LwGoal { parts: place | LW_GOAL_AXIS, ..at }, spot.and_pointing(along), Frame::World),
         (
             LwGoal { parts: place | LW_GOAL_AXIS, within: 0.3, weights, ..at },
             Goal { weights, ..spot.and_pointing(along.within(0.3)) },
+            Frame::World,
         ),
-        (LwGoal { parts: place | LW_GOAL_LOOK_AT, towards: point, ..at }, spot.and_pointing(looks)),
+        (
+            LwGoal { parts: place | LW_GOAL_LOOK_AT, towards: point, ..at },
+            spot.and_pointing(looks),
+            Frame::World,
+        ),
         (
             LwGoal { parts: LW_GOAL_LOOK_AT | LW_GOAL_IN_BASE, towards: point, ..at },
-            Goal::pointing(looks).in_base(),
+            Goal::pointing(looks),
+            Frame::Base,
         ),
     ]
 }
@@ -166,10 +180,10 @@ fn parts_of_a_pose_and_preferences() {
         let likes = LwPrefer { centred: 1.0, manipulable: 0.3, length: 0.5, starts: 3, steps: 60 };
         let LwPrefer { centred, manipulable, length, starts, steps } = likes;
         let prefer = Prefer { centred, manipulable, length, starts, steps };
-        for (goal, rust) in goals() {
+        for (goal, rust, frame) in goals() {
             let (mut q, mut theirs) = (Q, Q);
             quiet(|| lw_robot_reach(two.r, LEFT, &goal, &effort, q.as_mut_ptr(), 13, &mut answer));
-            let told = two.robot.reach(two.left, &rust, &own, &mut theirs).unwrap();
+            let told = two.robot.reach(two.left, &rust, frame, &own, &mut theirs).unwrap();
             assert_eq!(answer, LwAnswer::from(told));
             assert_eq!(answer.outcome, LwOutcome::Met, "{goal:?}");
             same(&q, &theirs);
@@ -177,7 +191,8 @@ fn parts_of_a_pose_and_preferences() {
             let (mut q, mut theirs) = (Q, Q);
             let p = q.as_mut_ptr();
             quiet(|| lw_robot_reach_best(two.r, LEFT, &goal, &likes, &effort, p, 13, &mut best));
-            let told = two.robot.reach_best(two.left, &rust, &prefer, &own, &mut theirs).unwrap();
+            let told =
+                two.robot.reach_best(two.left, &rust, frame, &prefer, &own, &mut theirs).unwrap();
             same(&q, &theirs);
             same(&[best.cost], &[told.cost]);
             let counts = (best.solutions, best.kinematics, best.outcome);

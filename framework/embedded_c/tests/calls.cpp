@@ -63,7 +63,7 @@ static Model model_of(const char *path) {
   Builder builder;
   builder.robot_file(path, LW_ROOT_FIXED).chain("left", "torso", "left_hand").chain("right", "torso", "right_hand");
   builder.object("beam", 1.5, center, inertia).object("pliers", 1.5, center, inertia);
-  builder.object_body("jaw", "pliers", LW_HINGE_PIN, {0, 1, 0}, 1.5, center, inertia, at(0, 0, 0.1));
+  builder.object_body("jaw", "pliers", {LW_HINGE_PIN, {0, 1, 0}, {}, 0}, 1.5, center, inertia, at(0, 0, 0.1));
   builder.shape("left_fore", "left4", fore).shape("right_fore", "right4", fore);
   builder.hull("left_palm", "left_hand", corners).mesh("right_palm", "right_hand", corners, triangles);
   builder.height_field("ground", "world", 3, 3, {2, 2}, Numbers{0, 0.01, 0, 0.02, 0.05, 0.01, 0, 0.02, 0.03}, at(0, 0, -1));
@@ -354,6 +354,49 @@ static void numbers() {
   CHECK(left == bounded(normal, right, -1, 2.5, t) && same(s, t) && t[1] == 2.5);
 }
 
+// A mechanism without a file, its rules and its coarse shapes: three balls in a row on sliders, the first carries the others.
+static void mechanisms() {
+  const std::array<double, 9> inertia{0.02, 0, 0, 0, 0.03, 0, 0, 0, 0.025};
+  const std::array<double, 3> center{0.01, -0.02, 0.03};
+  const LwHinge slide{LW_HINGE_SLIDER, {1, 0, 0}, {}, 0};
+  Builder builder;
+  builder.body("a", "world", slide, 1, center, inertia).body("b", "a", slide, 1, center, inertia);
+  builder.body("c", "b", slide, 1, center, inertia, LwPose{{0, 0, 0}, {0, 0, 0, 1}}).limits("b", -2, 3, 0.5);
+  for (const char *name : {"a", "b", "c"}) builder.shape(std::string("in ") + name, name, {LW_SHAPE_SPHERE, {0.1, 0, 0}});
+  builder.object("toy", 1, center, inertia).object_body("lid", "toy", {LW_HINGE_BALL, {}, {}, 0}, 1, center, inertia);
+  const std::array<std::string, 2> group{"a", "c"};
+  builder.neighbours(LW_NEIGHBOURS_COLLIDE).apart(group);
+  const std::array<std::array<std::uint32_t, 3>, 1> cube{{{0, 0, 0}}};
+  builder.coarse_mesh("in a", corners, triangles).coarse_voxel_map("in c", {1, 1, 1}, 0.3, cube);
+  const Model model = builder.model();
+  CHECK(model.doubtful().empty());
+  LwModel *m = model.get();
+  const auto b = model.body("b");
+  std::size_t in_q, q_count, in_v, v_count;
+  DO(lw_model_hinge(m, b, &in_q, &q_count, &in_v, &v_count));
+  const auto hinge = model.hinge(b);
+  CHECK(hinge.in_q == in_q && hinge.q_count == q_count && hinge.in_v == in_v && hinge.v_count == v_count);
+  CHECK(in_q == 1 && q_count == 1 && model.joint("b") == std::pair(in_q, in_v));
+  const auto toy = model.object("toy"), lid = model.object_body(toy, "lid");
+  DO(lw_model_object_hinge(m, toy, lid, &in_q, &q_count, &in_v, &v_count));
+  const auto turns = model.object_hinge(toy, lid);
+  CHECK(turns.in_q == in_q && turns.q_count == q_count && turns.in_v == in_v && turns.v_count == v_count);
+  CHECK(q_count == 4 && v_count == 3);
+  CHECK(model.limits().first[1] == -2 && model.limits().second[1] == 3);
+  // c is on a, b elsewhere; then b on a.
+  Robot robot(model);
+  const Numbers c_on_a{0, 1, -1}, b_on_a{0, 0, 1}, near{0, 1, 0.35};
+  CHECK(!robot.collides(c_on_a) && robot.collides(b_on_a) && !robot.collides(near));
+  Robot both(builder.collide("a", "c").model());
+  CHECK(both.collides(c_on_a));
+  // The cube of c reaches 0.3 from its origin on: to b, which is 0.35 farther, with a ball of 0.1.
+  both.set_detail(LW_DETAIL_COARSE);
+  const Numbers before{-1, 1, -0.35};
+  CHECK(both.collides(before));
+  both.set_detail(LW_DETAIL_FINE);
+  CHECK(!both.collides(before));
+}
+
 int main(int argc, char **argv) {
   if (argc != 2) return 2;
   try {
@@ -364,6 +407,7 @@ int main(int argc, char **argv) {
     motions(c);
     shapes(c);
     feet();
+    mechanisms();
     numbers();
   } catch (const std::exception &e) {
     std::fprintf(stderr, "%s\n", e.what());

@@ -27,11 +27,12 @@ pub enum Root {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unphysical {
     /// They are faults.
-    #[default]
     Refused,
     /// They are read, with a line in [`Description::doubtful`]: principal moments that break the triangle inequality as they are, those below
     /// zero as 0, those without a mass not at all; a mass for which the file has no moments is a point. Masses below zero, numbers that are not
     /// finite, and matrices of which no moment is above zero, beyond what rounding leaves (1e-12 m² of the mass), stay faults.
+    /// Who reads a file tells whoever gave it those lines.
+    #[default]
     Read,
 }
 
@@ -307,8 +308,8 @@ impl<'a> Cx<'a> {
                 let help = if lenient {
                     "correct the numbers"
                 } else {
-                    "correct the numbers, or read the file with the inertia check `PositiveMoments`, \
-                     which accepts lumped rotors and leaves out moments without a mass"
+                    "correct the numbers, or read the file with the inertia check `Warn`, which takes what is nearest, or \
+                     `PositiveMoments`, which accepts lumped rotors and leaves out moments without a mass"
                 };
                 self.fault(e.place(), FaultKind::Inertia { what, error, help: help.into() });
                 MassProperties::massless()

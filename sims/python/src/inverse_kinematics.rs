@@ -4,7 +4,7 @@ use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::Mechanism;
 use crate::values::pairs;
-use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Progress};
+use linkwork_dynamics::inverse_kinematics::{Goal, Place, Pointing, Progress};
 use linkwork_dynamics::{self as dynamics, InverseKinematics, InverseKinematicsError};
 use linkwork_spatial::{Mat3, Motion, Quat, Vec3, quat};
 use numpy::PyArray1;
@@ -36,11 +36,7 @@ use pyo3::types::PyDict;
 pub struct Target {
     frame: String,
     relative_to: Option<String>,
-    position: Option<Vec3>,
-    orientation: Option<Quat>,
-    weights: (f64, f64),
-    place: Place,
-    pointing: Option<Pointing>,
+    goal: Goal,
 }
 
 /// Parts of a pose as they are given.
@@ -107,12 +103,13 @@ impl Target {
     ) -> PyResult<Self> {
         let what = format!("target of \"{frame}\"");
         let (position, orientation) = at.map_or(Ok((None, None)), |at| self::place(at, &what))?;
-        let weights = (position_weight, orientation_weight);
+        let weights = [position_weight, orientation_weight];
         let (place, pointing) = Parts { axis, along, look_at, within, plane, line }.read()?;
-        Ok(Self { frame, relative_to, position, orientation, weights, place, pointing })
+        let goal = Goal { position, orientation, weights, place, pointing };
+        Ok(Self { frame, relative_to, goal })
     }
     fn __repr__(&self) -> String {
-        let what = match (self.position, self.orientation, self.pointing) {
+        let what = match (self.goal.position, self.goal.orientation, self.goal.pointing) {
             (Some(_), Some(_), _) => "pose",
             (Some(_), _, Some(_)) => "position and axis",
             (Some(_), None, None) => "position",
@@ -128,30 +125,13 @@ impl Target {
     /// What is told by its shape alone.
     fn of(frame: String, at: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (position, orientation) = place(at, &format!("target of \"{frame}\""))?;
-        let (relative_to, weights, pointing) = (None, (1.0, 1.0), None);
-        Ok(Self {
-            frame,
-            relative_to,
-            position,
-            orientation,
-            weights,
-            place: Place::Point,
-            pointing,
-        })
+        let goal = Goal { position, orientation, ..Goal::NOTHING };
+        Ok(Self { frame, relative_to: None, goal })
     }
 
     fn resolve(&self, core: &Core) -> PyResult<dynamics::Target> {
         let relative_to = self.relative_to.as_deref().map(|f| core.frame(f)).transpose()?;
-        Ok(dynamics::Target {
-            node: core.frame(&self.frame)?,
-            relative_to,
-            position: self.position,
-            orientation: self.orientation,
-            position_weight: self.weights.0,
-            orientation_weight: self.weights.1,
-            place: self.place,
-            pointing: self.pointing,
-        })
+        Ok(dynamics::Target { node: core.frame(&self.frame)?, relative_to, goal: self.goal })
     }
 }
 

@@ -12,7 +12,7 @@ use crate::inverse_kinematics::{RateTarget, Target};
 use crate::log::{Log, Series};
 use crate::mechanism::{Mechanism, Subgraph};
 use crate::operators::{Operator, Operators};
-use crate::robot::{Grip, Robot, Trajectory, WholeBodyForces};
+use crate::robot::{Grip, InverseKinematicsSearch, Robot, Trajectory, WholeBodyForces};
 use crate::simulation::Simulation;
 use crate::state::State;
 use crate::values::Variable;
@@ -72,7 +72,7 @@ pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &st
     classes!(Builder, Hinge, Subhinge, Campaign, Gathering, Outcome, Results);
     classes!(ConstrainedMotion, Constraint, Rank, Collider, Collisions, Contact, ContactStep);
     classes!(Edit, Report, Frames, RateTarget, Target, Grip, Robot, Log, Series);
-    classes!(Calibration, Identifiable, Trajectory, WholeBodyForces);
+    classes!(Calibration, Identifiable, InverseKinematicsSearch, Trajectory, WholeBodyForces);
     classes!(Mechanism, Subgraph, Operator, Operators, Simulation, State, Variable);
     module.add("LinkworkError", module.py().get_type::<LinkworkError>())?;
     module.add_function(wrap_pyfunction!(crate::copies::_restore, module)?)?;

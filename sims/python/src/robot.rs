@@ -4,12 +4,12 @@ use crate::collisions::Collisions;
 use crate::contact::{Collider, chosen};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use crate::inverse_kinematics::{PORTION, Parts, place};
+use crate::inverse_kinematics::{Parts, place};
 use crate::mechanism::{Mechanism, choice};
 use crate::values::pairs;
 use linkwork_embedded::{
-    ClosedForm, Effort, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Prefer, Rows,
-    Search, Way, formats,
+    ClosedForm, Effort, Frame, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Prefer,
+    Rows, Search, Way, formats,
 };
 use linkwork_multibody::BodyId;
 use linkwork_runtime::remedy;
@@ -22,9 +22,12 @@ mod control;
 mod force;
 mod hold;
 mod motion;
+mod search;
 pub use control::{WholeBodyForces, support_margin, support_polygon};
 pub use hold::Grip;
 pub use motion::Trajectory;
+use search::Asked;
+pub use search::InverseKinematicsSearch;
 
 /// Random places between two looks at Ctrl-C.
 const DRAWS: usize = 50;
@@ -98,6 +101,10 @@ impl Collisions {
 /// The part of `Collisions`, with the instance.
 fn base<'a>(slf: &'a Bound<'_, Robot>) -> &'a Collisions {
     slf.as_super().get()
+}
+
+fn frame(in_base: bool) -> Frame {
+    if in_base { Frame::Base } else { Frame::World }
 }
 
 fn above_zero(what: &str, x: f64) -> PyResult<f64> {
@@ -293,44 +300,42 @@ impl Robot {
         plane: Option<Given<'_, 'py>>,
         line: Option<Given<'_, 'py>>,
     ) -> PyResult<Array1<'py>> {
-        let (own, name) = (base(slf), part);
-        let part = own.part(name)?;
-        let (position, orientation) = at.map_or(Ok((None, None)), |at| place(at, "at"))?;
-        let (place, pointing) = Parts { axis, along, look_at, within, plane, line }.read()?;
-        let goal = Goal { position, orientation, weights: [1.0; 2], in_base, place, pointing };
-        let mut q = own.q_or_own(q)?;
-        let tolerances = [
-            above_zero("position_tolerance", position_tolerance)?,
-            above_zero("orientation_tolerance", orientation_tolerance)?,
-        ];
-        let effort = Effort { tolerances, steps, restarts, kinematics: PORTION };
-        let (mut answer, other) = slf.py().detach(|| {
-            own.ask(|r| {
-                let answer = r.reach(part, &goal, &effort, &mut q)?;
-                // What takes long goes on in an instance of its own, with looks at Ctrl-C.
-                Ok((answer, (answer.outcome == Outcome::Unfinished).then(|| r.clone())))
-            })
-        })?;
-        if let Some(mut other) = other {
-            while answer.outcome == Outcome::Unfinished {
-                slf.py().check_signals()?;
-                let portion = || other.reach_on(part, PORTION, &mut q);
-                answer = slf.py().detach(portion).map_err(refuse)?;
-            }
-        }
-        let q = out1(slf.py(), q);
-        if answer.outcome == Outcome::Met {
-            return Ok(q);
-        }
-        let (p, R) = (answer.residual.position, answer.residual.orientation);
-        let error = refuse_with(
-            format!("the tip of `{name}` comes no nearer than {p:.3e} m and {R:.3e} rad"),
-            "ask for less (a position alone), or from another start; the nearest configuration is the error's `q`",
-        );
-        let value = error.value(slf.py());
-        value.setattr("q", q)?;
-        value.setattr("residual", (p, R))?;
-        Err(error)
+        let parts = Parts { axis, along, look_at, within, plane, line };
+        let tolerances = [position_tolerance, orientation_tolerance];
+        Asked { part, at, q, in_base, tolerances, steps, restarts, parts }.solve(slf)
+    }
+
+    /// The search of `inverse_kinematics`, with the same arguments, begun and not gone on with: `advance` of it does all the work, in portions of evaluations of the kinematics. It begins at q (nq,; None: the robot's own), with at and
+    /// all else as of `inverse_kinematics`: m and rad. Raises LinkworkError for what that refuses; that no start leads there is told by the search.
+    ///
+    /// >>> search = robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
+    /// >>> while not search.advance(100):
+    /// ...     pass
+    /// >>> robot.q = search.solution()
+    /// >>> robot.tip_pose("arm")[:3, 3].round(6).tolist()
+    /// [0.6, 0.0, 0.2]
+    #[pyo3(signature = (part, at=None, q=None, *, in_base=false, position_tolerance=1e-9, orientation_tolerance=1e-9, steps=100, restarts=64, axis=None, along=None, look_at=None, within=0.0, plane=None, line=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn begin_inverse_kinematics<'py>(
+        slf: &Bound<'py, Self>,
+        part: &str,
+        at: Option<Given<'_, 'py>>,
+        q: Option<Given<'_, 'py>>,
+        in_base: bool,
+        position_tolerance: f64,
+        orientation_tolerance: f64,
+        steps: usize,
+        restarts: usize,
+        axis: Option<Given<'_, 'py>>,
+        along: Option<Given<'_, 'py>>,
+        look_at: Option<Given<'_, 'py>>,
+        within: f64,
+        plane: Option<Given<'_, 'py>>,
+        line: Option<Given<'_, 'py>>,
+    ) -> PyResult<InverseKinematicsSearch> {
+        let parts = Parts { axis, along, look_at, within, plane, line };
+        let tolerances = [position_tolerance, orientation_tolerance];
+        Asked { part, at, q, in_base, tolerances, steps, restarts, parts }.search(slf)
     }
 
     /// Of the configurations (nq,) in which the tip of a chain is where it is to be, within limits, the one that is liked best of those that `starts` searches find: (q, cost). The chain
@@ -362,8 +367,7 @@ impl Robot {
         let (own, name) = (base(slf), part);
         let part = own.part(name)?;
         let (position, orientation) = place(at, "at")?;
-        let any = Goal::pose(linkwork_spatial::Pose::identity());
-        let goal = Goal { position, orientation, in_base, ..any };
+        let goal = Goal { position, orientation, ..Goal::NOTHING };
         for (what, count) in [("starts", starts), ("improve", improve)] {
             if !(1..=10_000).contains(&count) {
                 let fact = format!("`{what}` is {count}");
@@ -373,7 +377,8 @@ impl Robot {
         let prefer = Prefer { centred, manipulable, length, starts, steps: improve };
         let mut q = own.q_or_own(q)?;
         let mut robot = lock(&own.robot).clone();
-        let search = || robot.reach_best(part, &goal, &prefer, &Effort::default(), &mut q);
+        let search =
+            || robot.reach_best(part, &goal, frame(in_base), &prefer, &Effort::default(), &mut q);
         let best = slf.py().detach(search).map_err(refuse)?;
         let q = out1(slf.py(), q);
         if best.outcome == Outcome::Met {
@@ -413,16 +418,11 @@ impl Robot {
         let own = base(slf);
         let part = own.part(part)?;
         let (position, orientation) = place(at, "at")?;
-        let goal = Goal {
-            position,
-            orientation,
-            in_base,
-            ..Goal::pose(linkwork_spatial::Pose::identity())
-        };
+        let goal = Goal { position, orientation, ..Goal::NOTHING };
         let q = own.q_or_own(q)?;
         let closed = own.model.closed_form(part, held).map_err(refuse)?;
         let mut out = vec![0.0; ClosedForm::MOST * q.len()];
-        let count = own.ask(|r| r.reach_all(&closed, &goal, &q, &mut out))?;
+        let count = own.ask(|r| r.reach_all(&closed, &goal, frame(in_base), &q, &mut out))?;
         out.truncate(count * q.len());
         out2(slf.py(), out, count, q.len())
     }

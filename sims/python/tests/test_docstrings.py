@@ -51,6 +51,7 @@ NAMES = {
     "Frames": {"add_mechanism", "counts"},
     "Hinge": {"pin", "slider", "ball", "free", "locked", "universal", "cylindrical", "gimbal", "planar", "chain", "prescribed", "gear", "nq", "nv"},
     "Identifiable": {"alone", "base", "condition", "without_influence"},
+    "InverseKinematicsSearch": {"advance", "outcome", "kinematics", "restart"},
     "Log": {"keys", "rows", "unit"},
     "Mechanism": {
         "identifiable_inertia",

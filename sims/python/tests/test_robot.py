@@ -2,6 +2,7 @@
 
 import json
 import os
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -23,6 +24,16 @@ def reference(name):
 
 def load(path):
     return lw.load(path, "fixed", inertia_check="positive_moments")
+
+
+def arm_of(n):
+    """n hinges about axes in turn, without files."""
+    builder, parent = lw.Builder(), "world"
+    for k in range(n):
+        hinge = lw.Hinge.pin(np.eye(3)[(2 * k + 2) % 3] + [0.1, 0.05, 0.2]).limits(-3, 3)
+        builder = builder.body(f"b{k}", parent, hinge, mass=1, com=[0.1, 0, 0], inertia=np.eye(3) / 50, hinge_in_parent=[0.3, 0.02 * k, 0])
+        parent = f"b{k}"
+    return builder.build()
 
 
 def ur5(**more):
@@ -84,6 +95,66 @@ def test_targets_whole_and_in_part_are_met():
     assert p > 1.5 and turn == 0 and "no nearer" in str(e.value)
     other.q = e.value.q
     assert np.linalg.norm(other.tip_pose("arm")[:3, 3] - [3, 0, 0]) == pytest.approx(p, abs=1e-9)
+
+
+@pytest.mark.parametrize("portion", [1, 7, 10_000])
+def test_a_search_goes_on_in_portions_to_the_same_bits(portion):
+    m = arm_of(5)
+    robot = lw.Robot(m, chains={"arm": ("world", "b4")}, objects={"load": (1.0, [0, 0, 0], np.eye(3) / 100)}, colliders=[])
+    rng = np.random.default_rng(5)
+    unfinished = 0
+    for _ in range(20):
+        robot.q = rng.uniform(-2, 2, 5)
+        at, start = robot.tip_pose("arm")[:3, 3], rng.uniform(-2, 2, 5)
+        search = robot.begin_inverse_kinematics("arm", at, q=start, orientation_tolerance=1e-3)
+        assert (search.outcome, search.kinematics, search.restart, search.residual) == ("unfinished", 0, 0, None)
+        assert (search.q == start).all() and not search.advance(0)
+        # What the robot does meanwhile is not the search's.
+        robot.q = np.zeros(5)
+        while not search.advance(portion):
+            unfinished += 1
+            assert search.outcome == "unfinished" and search.q.shape == (5,)
+        assert search.outcome == "met" and max(search.residual) <= 1e-9
+        assert (search.solution() == robot.inverse_kinematics("arm", at, q=start)).all()
+        done = search.kinematics
+        assert search.advance() and search.kinematics == done
+    assert unfinished > 0 or portion > 100
+
+
+def test_a_search_that_ends_nowhere_tells_the_nearest():
+    robot = lw.Robot(arm_of(3), chains={"arm": ("world", "b2")}, colliders=[])
+    search = robot.begin_inverse_kinematics("arm", [9, 0, 0], q=[0.3, 0.3, 0.3])
+    assert not search.advance(5) and search.kinematics == 5
+    with pytest.raises(lw.LinkworkError, match="has not ended after 5") as e:
+        search.solution()
+    assert (e.value.q == search.q).all() and not hasattr(e.value, "residual")
+    while not search.advance():
+        pass
+    with pytest.raises(lw.LinkworkError) as at_once:
+        robot.inverse_kinematics("arm", [9, 0, 0], q=[0.3, 0.3, 0.3])
+    with pytest.raises(lw.LinkworkError, match="no nearer") as e:
+        search.solution()
+    assert search.outcome == "nearest" and (e.value.q == at_once.value.q).all()
+    assert e.value.residual == at_once.value.residual == search.residual
+    with pytest.raises(lw.LinkworkError, match="0 or more"):
+        search.advance(-1)
+    for wrong, words in [({"part": "leg"}, "no part"), ({"at": [0.1, 0.2]}, "shape"), ({"q": [9.0, 0, 0]}, "limits"), ({"position_tolerance": 0.0}, "above zero")]:
+        with pytest.raises(lw.LinkworkError, match=words):
+            robot.begin_inverse_kinematics(**{"part": "arm", "at": [0.1, 0.2, 0.0], **wrong})
+
+
+def test_threads_share_a_search():
+    robot = lw.Robot(arm_of(3), chains={"arm": ("world", "b2")}, colliders=[])
+    search = robot.begin_inverse_kinematics("arm", [9, 0, 0], q=[0.3, 0.3, 0.3])
+
+    def go(_):
+        while not search.advance(3):
+            pass
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(go, range(4)))
+    alone = robot.begin_inverse_kinematics("arm", [9, 0, 0], q=[0.3, 0.3, 0.3])
+    assert alone.advance(10**9) and (alone.q == search.q).all() and alone.kinematics == search.kinematics
 
 
 def test_all_solutions_of_arms_with_a_closed_form():

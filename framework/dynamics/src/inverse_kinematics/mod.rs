@@ -28,8 +28,8 @@ mod target;
 pub use improve::Improved;
 pub use search::Progress;
 pub use target::{
-    Effort, Found, InverseKinematicsError, Nearest, Place, Pointing, RateTarget, Residual, Target,
-    Towards,
+    Effort, Found, Goal, InverseKinematicsError, Nearest, Place, Pointing, RateTarget, Residual,
+    Target, Towards,
 };
 
 use crate::jacobian::node_jacobian;

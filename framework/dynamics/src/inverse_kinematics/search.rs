@@ -101,7 +101,7 @@ impl InverseKinematics {
         check_nodes(tree, targets.iter().flat_map(|t| [Some(t.node), t.relative_to]).flatten());
         super::solve::check_targets(tree, targets)?;
         super::solve::check_start(q)?;
-        let rows = targets.iter().map(Target::rows).sum();
+        let rows = targets.iter().map(|t| t.goal.rows()).sum();
         self.room(rows, targets.len(), tree.nv());
         self.targets.clear();
         self.targets.extend_from_slice(targets);

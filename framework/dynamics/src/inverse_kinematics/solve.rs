@@ -38,28 +38,28 @@ impl InverseKinematics {
         poses(tree, &mut self.ws, q);
         let mut row = 0;
         for i in 0..self.targets.len() {
-            let t = self.targets[i];
+            let (t, asked) = (self.targets[i], self.targets[i].goal);
             let (R, p) = self.frame(tree, t.relative_to);
             let (R1, p1) = self.frame(tree, Some(t.node));
             let mut residual = Residual::default();
-            if let Some(goal) = t.position {
-                let d = t.place.part(goal - R.tr_mul(&(p1 - p)));
+            if let Some(goal) = asked.position {
+                let d = asked.place.part(goal - R.tr_mul(&(p1 - p)));
                 residual.position = d.norm();
-                self.e[row..row + 3].copy_from_slice((d * t.position_weight).as_slice());
+                self.e[row..row + 3].copy_from_slice((d * asked.weights[0]).as_slice());
                 row += 3;
             }
-            if let Some(goal) = t.orientation {
+            if let Some(goal) = asked.orientation {
                 let turn = goal.to_rotation_matrix().into_inner() * R1.tr_mul(&R);
                 let d = log(&turn);
                 residual.orientation = d.norm();
-                self.e[row..row + 3].copy_from_slice((d * t.orientation_weight).as_slice());
+                self.e[row..row + 3].copy_from_slice((d * asked.weights[1]).as_slice());
                 row += 3;
             }
-            if let Some(pointing) = t.pointing {
+            if let Some(pointing) = asked.pointing {
                 let (axis, at) = (R.tr_mul(&(R1 * pointing.axis)), R.tr_mul(&(p1 - p)));
                 let e = pointing.missing(axis, at).0;
                 residual.orientation = e.norm();
-                self.e[row..row + 3].copy_from_slice((e * t.orientation_weight).as_slice());
+                self.e[row..row + 3].copy_from_slice((e * asked.weights[1]).as_slice());
                 row += 3;
             }
             self.residuals[i] = residual;
@@ -71,15 +71,15 @@ impl InverseKinematics {
     pub(super) fn linearise(&mut self, tree: &Tree) {
         let (nv, mut row) = (tree.nv(), 0);
         for i in 0..self.targets.len() {
-            let t = self.targets[i];
+            let (t, asked) = (self.targets[i], self.targets[i].goal);
             let (R, p) = self.frame(tree, t.relative_to);
             let d = self.frame(tree, Some(t.node)).1 - p;
             self.relative_jacobian(tree, t.node, t.relative_to, &R, &d);
             let parts = [
-                (t.position.is_some(), 3, t.position_weight),
-                (t.orientation.is_some(), 0, t.orientation_weight),
+                (asked.position.is_some(), 3, asked.weights[0]),
+                (asked.orientation.is_some(), 0, asked.weights[1]),
             ];
-            let whole = t.place == Place::Point;
+            let whole = asked.place == Place::Point;
             for (_, from, weight) in parts.into_iter().filter(|p| p.0) {
                 for k in 0..3 {
                     for i in 0..nv {
@@ -87,17 +87,17 @@ impl InverseKinematics {
                     }
                 }
                 if from == 3 && !whole {
-                    self.keep_part(nv, row, |d| t.place.part(d));
+                    self.keep_part(nv, row, |d| asked.place.part(d));
                 }
                 row += 3;
             }
-            if let Some(pointing) = t.pointing {
+            if let Some(pointing) = asked.pointing {
                 let R1 = self.frame(tree, Some(t.node)).0;
                 let axis = R.tr_mul(&(R1 * pointing.axis));
                 let (_, turn, shift) = pointing.missing(axis, R.tr_mul(&d));
                 for i in 0..nv {
                     let part = |from: usize| Vec3::from_fn(|k, _| self.J_node[(from + k) * nv + i]);
-                    let moved = (turn * part(0) + shift * part(3)) * t.orientation_weight;
+                    let moved = (turn * part(0) + shift * part(3)) * asked.weights[1];
                     for k in 0..3 {
                         self.J[(row + k) * nv + i] = moved[k];
                     }
@@ -183,11 +183,11 @@ impl InverseKinematics {
         let mut text = String::new();
         for (t, r) in targets.iter().zip(&self.residuals) {
             let _ = write!(text, "\n  node `{}` is", mbs.get_node(t.node).name());
-            let and = if t.position.is_some() && t.turns() { " and" } else { "" };
-            if t.position.is_some() {
+            let and = if t.goal.position.is_some() && t.goal.turns() { " and" } else { "" };
+            if t.goal.position.is_some() {
                 let _ = write!(text, " {:.3e} m{and}", r.position);
             }
-            if t.turns() {
+            if t.goal.turns() {
                 let _ = write!(text, " {:.3e} rad", r.orientation);
             }
             let _ = write!(text, " from its target");
@@ -216,12 +216,13 @@ pub(super) fn check_start(q: &[f64]) -> Result<(), InverseKinematicsError> {
 
 pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), InverseKinematicsError> {
     for (target, t) in targets.iter().enumerate() {
-        if t.rows() == 0 {
+        let asked = &t.goal;
+        if asked.rows() == 0 {
             let fact = "neither position nor orientation nor pointing";
             let help = "give at least one, or leave the target out";
             return Err(InverseKinematicsError::Empty { target, fact, help });
         }
-        if t.orientation.is_some() && t.pointing.is_some() {
+        if asked.orientation.is_some() && asked.pointing.is_some() {
             let fact = "both an orientation and a pointing axis";
             let help = "give one of them: an orientation says where every axis points";
             return Err(InverseKinematicsError::Empty { target, fact, help });
@@ -232,8 +233,8 @@ pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), Inver
             return Err(InverseKinematicsError::Empty { target, fact, help });
         }
         let name = tree.multibody().get_node(t.node).name();
-        let R = t.orientation.map(|R| R.to_rotation_matrix().into_inner());
-        let numbers = t.position.iter().flat_map(|p| p.iter().copied());
+        let R = asked.orientation.map(|R| R.to_rotation_matrix().into_inner());
+        let numbers = asked.position.iter().flat_map(|p| p.iter().copied());
         let turns = R.iter().flat_map(|R: &Mat3| R.iter().copied());
         if let Some(value) = numbers.chain(turns).find(|x| !x.is_finite()) {
             let place = format!("target {target} (node `{name}`)");
@@ -241,11 +242,11 @@ pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), Inver
             return Err(InverseKinematicsError::BadNumber { place, value, help });
         }
         let unit = |v: Vec3| (v.norm(), (v.norm() - 1.0).abs() < 1e-6);
-        let directions = match t.place {
+        let directions = match asked.place {
             Place::Point => None,
             Place::Plane(v) | Place::Line(v) => Some(v),
         };
-        let pointing = t.pointing.iter().flat_map(|p| match p.to {
+        let pointing = asked.pointing.iter().flat_map(|p| match p.to {
             Towards::Direction(a) => [Some(p.axis), Some(a)],
             Towards::Point(_) => [Some(p.axis), None],
         });
@@ -255,7 +256,7 @@ pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), Inver
             let help = "give directions of length 1";
             return Err(InverseKinematicsError::BadNumber { place, value, help });
         }
-        if let Some(p) = t.pointing {
+        if let Some(p) = asked.pointing {
             let point = match p.to {
                 Towards::Point(x) => x,
                 Towards::Direction(_) => Vec3::zeros(),
@@ -268,7 +269,7 @@ pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), Inver
                 return Err(InverseKinematicsError::BadNumber { place, value, help });
             }
         }
-        for value in [t.position_weight, t.orientation_weight] {
+        for value in asked.weights {
             if !(value > 0.0 && value.is_finite()) {
                 let place = format!("a weight of target {target} (node `{name}`)");
                 let help = "weights are positive; leave out what does not count";

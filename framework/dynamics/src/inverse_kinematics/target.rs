@@ -4,7 +4,22 @@ use linkwork_multibody::NodeId;
 use linkwork_spatial::{Mat3, Motion, Pose, Quat, Vec3};
 use thiserror::Error;
 
-/// Where a node is to be: position, orientation or both, in the world or in another node's frame.
+/// What is asked of a frame's place: position, orientation or both, or parts of them. Says neither which frame is meant nor from where it is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// Of the frame's origin, m.
+    pub position: Option<Vec3>,
+    /// `R`: the frame's axes in those from which it is seen.
+    pub orientation: Option<Quat>,
+    /// What 1 m and 1 rad count in the sum of squares; positive.
+    pub weights: [f64; 2],
+    /// What of the position counts.
+    pub place: Place,
+    /// Where an axis of the frame points to; counts as orientation, and stands in for it.
+    pub pointing: Option<Pointing>,
+}
+
+/// Where a node is to be: a goal, in the world or in another node's frame.
 /// Two nodes of one mechanism that are to coincide close a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
@@ -12,18 +27,8 @@ pub struct Target {
     pub node: NodeId,
     /// The frame in which it is to be there; `None` for the world.
     pub relative_to: Option<NodeId>,
-    /// Of the node's origin in that frame, m.
-    pub position: Option<Vec3>,
-    /// `R`: the node's axes in that frame's.
-    pub orientation: Option<Quat>,
-    /// What 1 m counts in the sum of squares.
-    pub position_weight: f64,
-    /// What 1 rad counts.
-    pub orientation_weight: f64,
-    /// What of the position counts.
-    pub place: Place,
-    /// Where an axis of the node points to; counts as orientation, and stands in for it.
-    pub pointing: Option<Pointing>,
+    /// What is asked of it there.
+    pub goal: Goal,
 }
 
 /// What of a position counts.
@@ -125,14 +130,41 @@ impl Pointing {
     }
 }
 
-impl Target {
-    /// An axis of the node points somewhere; nothing is asked of its position.
+impl Goal {
+    /// Nothing yet: what a goal of some parts begins with. No search takes it.
+    pub const NOTHING: Self = Self {
+        position: None,
+        orientation: None,
+        weights: [1.0; 2],
+        place: Place::Point,
+        pointing: None,
+    };
+
+    /// Position and orientation.
     #[must_use]
-    pub fn pointing(node: NodeId, pointing: Pointing) -> Self {
-        Self { pointing: Some(pointing), ..Self::new(node, None, None) }
+    pub fn pose(X: Pose) -> Self {
+        Self { orientation: Some(X.rotation), ..Self::position(X.position) }
     }
 
-    /// Beside the position an axis points somewhere; takes the place of an orientation.
+    /// Position alone, m.
+    #[must_use]
+    pub fn position(p: Vec3) -> Self {
+        Self { position: Some(p), ..Self::NOTHING }
+    }
+
+    /// Orientation alone.
+    #[must_use]
+    pub fn orientation(R: Quat) -> Self {
+        Self { orientation: Some(R), ..Self::NOTHING }
+    }
+
+    /// An axis of the frame points somewhere; nothing is asked of its position.
+    #[must_use]
+    pub fn pointing(pointing: Pointing) -> Self {
+        Self::NOTHING.and_pointing(pointing)
+    }
+
+    /// Beside the position an axis points somewhere: all that welding and drilling ask for. Takes the place of an orientation.
     #[must_use]
     pub fn and_pointing(mut self, pointing: Pointing) -> Self {
         (self.pointing, self.orientation) = (Some(pointing), None);
@@ -146,50 +178,33 @@ impl Target {
         self
     }
 
-    fn new(node: NodeId, position: Option<Vec3>, orientation: Option<Quat>) -> Self {
-        let (position_weight, orientation_weight) = (1.0, 1.0);
-        Self {
-            node,
-            relative_to: None,
-            position,
-            orientation,
-            position_weight,
-            orientation_weight,
-            place: Place::Point,
-            pointing: None,
-        }
-    }
-
-    /// Position and orientation.
-    #[must_use]
-    pub fn pose(node: NodeId, X: Pose) -> Self {
-        Self::new(node, Some(X.position), Some(X.rotation))
-    }
-
-    /// Position alone, m.
-    #[must_use]
-    pub fn position(node: NodeId, p: Vec3) -> Self {
-        Self::new(node, Some(p), None)
-    }
-
-    /// Orientation alone.
-    #[must_use]
-    pub fn orientation(node: NodeId, R: Quat) -> Self {
-        Self::new(node, None, Some(R))
-    }
-
-    /// The same in the frame of another node.
-    #[must_use]
-    pub fn relative_to(mut self, node: NodeId) -> Self {
-        self.relative_to = Some(node);
-        self
-    }
-
     /// What 1 m and 1 rad count.
     #[must_use]
     pub fn weights(mut self, position: f64, orientation: f64) -> Self {
-        (self.position_weight, self.orientation_weight) = (position, orientation);
+        self.weights = [position, orientation];
         self
+    }
+
+    /// The same goal seen from where the frame in which it is given lies at X.
+    #[must_use]
+    pub fn moved(&self, X: &Pose) -> Self {
+        Self {
+            position: self.position.map(|p| X.transform_point(&p)),
+            orientation: self.orientation.map(|R| X.rotation * R),
+            weights: self.weights,
+            place: match self.place {
+                Place::Point => Place::Point,
+                Place::Plane(n) => Place::Plane(X.rotation * n),
+                Place::Line(u) => Place::Line(X.rotation * u),
+            },
+            pointing: self.pointing.map(|p| Pointing {
+                to: match p.to {
+                    Towards::Direction(a) => Towards::Direction(X.rotation * a),
+                    Towards::Point(x) => Towards::Point(X.transform_point(&x)),
+                },
+                ..p
+            }),
+        }
     }
 
     /// Numbers of its error.
@@ -200,6 +215,21 @@ impl Target {
     /// Whether anything is asked of its attitude.
     pub(super) fn turns(&self) -> bool {
         self.orientation.is_some() || self.pointing.is_some()
+    }
+}
+
+impl Target {
+    /// A goal of a node in the world.
+    #[must_use]
+    pub fn new(node: NodeId, goal: Goal) -> Self {
+        Self { node, relative_to: None, goal }
+    }
+
+    /// The same in the frame of another node.
+    #[must_use]
+    pub fn relative_to(mut self, node: NodeId) -> Self {
+        self.relative_to = Some(node);
+        self
     }
 }
 

@@ -28,7 +28,7 @@ pub use hold::{Grasp, Hold};
 pub use predict::Predictor;
 pub use prefer::{Best, Prefer};
 pub use rate_control::{Guards, RateControl};
-pub use reach::{Answer, Effort, Goal, Outcome};
+pub use reach::{Answer, Effort, Frame, Outcome};
 pub use task::{Impedance, TaskSpace};
 pub use timing::{MotionLimits, Timed, Timing};
 pub use transfer::{MotionState, Transfer, Transferred};

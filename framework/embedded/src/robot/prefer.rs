@@ -6,12 +6,12 @@
 //! Each start that leads to the goal is improved along the null space to a local minimum of c; the least is the answer.
 //! Coordinates without limits are not drawn anywhere.
 
-use super::reach::{Effort, Goal, Outcome};
+use super::reach::{Effort, Frame, Outcome};
 use super::{ChainMemory, Robot};
 use crate::error::RobotError;
 use crate::manipulability::{Manipulability, Rows};
 use crate::part::{Chain, Part};
-use linkwork_dynamics::inverse_kinematics::Progress;
+use linkwork_dynamics::inverse_kinematics::{Goal, Progress};
 use linkwork_dynamics::{node_jacobian, poses};
 use linkwork_spatial::{Motion, Pose};
 use std::f64::consts::TAU;
@@ -76,6 +76,7 @@ impl Robot {
         &mut self,
         part: Part,
         goal: &Goal,
+        frame: Frame,
         prefer: &Prefer,
         effort: &Effort,
         q: &mut [f64],
@@ -99,7 +100,7 @@ impl Robot {
                 break;
             }
             let one = Effort { restarts: start, ..*effort };
-            self.begin_reach(part, goal, &one, q)?;
+            self.begin_reach(part, goal, frame, &one, q)?;
             let model = &self.model;
             let chain = model.chain(part)?;
             let Some(memory) = self.chains[part.index()].as_mut() else {

@@ -8,81 +8,18 @@ use super::{ChainMemory, Robot, numbers};
 use crate::closed_form::ClosedForm;
 use crate::error::RobotError;
 use crate::part::{Chain, Part};
-use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Progress, Residual, Towards};
+use linkwork_dynamics::inverse_kinematics::{Goal, Place, Progress, Residual, Towards};
 use linkwork_dynamics::{InverseKinematics, RateTarget, Target};
-use linkwork_spatial::{Motion, Pose, Quat, Vec3};
+use linkwork_spatial::{Motion, Pose};
 
-/// Where a tip is to be.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Goal {
-    /// Of the tip's origin, m.
-    pub position: Option<Vec3>,
-    /// The tip's axes.
-    pub orientation: Option<Quat>,
-    /// What 1 m and 1 rad count in the sum of squares; positive.
-    pub weights: [f64; 2],
-    /// In the frame of the chain's base instead of the world.
-    pub in_base: bool,
-    /// What of the position counts: all of it, a plane or a line through it.
-    pub place: Place,
-    /// Where an axis of the tip points to, in place of an orientation.
-    pub pointing: Option<Pointing>,
-}
-
-impl Goal {
-    /// Position and orientation in the world.
-    #[must_use]
-    pub fn pose(X: Pose) -> Self {
-        let (position, orientation) = (Some(X.position), Some(X.rotation));
-        Self {
-            position,
-            orientation,
-            weights: [1.0; 2],
-            in_base: false,
-            place: Place::Point,
-            pointing: None,
-        }
-    }
-
-    /// Position alone, m.
-    #[must_use]
-    pub fn position(p: Vec3) -> Self {
-        Self { orientation: None, ..Self::pose(Pose::new(Quat::identity(), p)) }
-    }
-
-    /// Orientation alone.
-    #[must_use]
-    pub fn orientation(R: Quat) -> Self {
-        Self { position: None, ..Self::pose(Pose::rotation(R)) }
-    }
-
-    /// An axis of the tip points somewhere; its position is free.
-    #[must_use]
-    pub fn pointing(pointing: Pointing) -> Self {
-        let free = Self { position: None, ..Self::pose(Pose::identity()) };
-        free.and_pointing(pointing)
-    }
-
-    /// Beside the position an axis of the tip points somewhere: all that welding and drilling ask for. Takes the place of an orientation.
-    #[must_use]
-    pub fn and_pointing(mut self, pointing: Pointing) -> Self {
-        (self.pointing, self.orientation) = (Some(pointing), None);
-        self
-    }
-
-    /// Of the position only what this says.
-    #[must_use]
-    pub fn place(mut self, place: Place) -> Self {
-        self.place = place;
-        self
-    }
-
-    /// The same numbers in the frame of the chain's base.
-    #[must_use]
-    pub fn in_base(mut self) -> Self {
-        self.in_base = true;
-        self
-    }
+/// In which frame a [`Goal`] is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Frame {
+    /// The world.
+    #[default]
+    World,
+    /// The frame of the chain's base, wherever what carries it is.
+    Base,
 }
 
 /// When inverse kinematics is content, and how long it tries.
@@ -151,7 +88,7 @@ pub(super) fn memory(chain: &Chain) -> InverseKinematics {
 
 impl Robot {
     /// Moves the chain's numbers in `q` (nq of the whole; in: where to start, out: the solution, or the nearest
-    /// configuration) until its tip meets the goal, within limits. The robot's own q does not change.
+    /// configuration) until its tip meets the goal (given in `frame`), within limits. The robot's own q does not change.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`],
@@ -161,10 +98,11 @@ impl Robot {
         &mut self,
         part: Part,
         goal: &Goal,
+        frame: Frame,
         effort: &Effort,
         q: &mut [f64],
     ) -> Result<Answer, RobotError> {
-        self.begin_reach(part, goal, effort, q)?;
+        self.begin_reach(part, goal, frame, effort, q)?;
         self.reach_on(part, effort.kinematics, q)
     }
 
@@ -173,6 +111,7 @@ impl Robot {
         &mut self,
         part: Part,
         goal: &Goal,
+        frame: Frame,
         effort: &Effort,
         q: &[f64],
     ) -> Result<(), RobotError> {
@@ -184,24 +123,11 @@ impl Robot {
         let Some(memory) = self.chains[part.index()].as_mut() else {
             return Err(RobotError::NotAChain { part: part.index() });
         };
-        let X = if goal.in_base { Pose::identity() } else { base(chain, memory, q).inverse() };
-        let target = Target {
-            position: goal.position.map(|p| X.transform_point(&p)),
-            orientation: goal.orientation.map(|R| X.rotation * R),
-            place: match goal.place {
-                Place::Point => Place::Point,
-                Place::Plane(n) => Place::Plane(X.rotation * n),
-                Place::Line(u) => Place::Line(X.rotation * u),
-            },
-            pointing: goal.pointing.map(|p| Pointing {
-                to: match p.to {
-                    Towards::Direction(a) => Towards::Direction(X.rotation * a),
-                    Towards::Point(x) => Towards::Point(X.transform_point(&x)),
-                },
-                ..p
-            }),
-            ..Target::pose(chain.tip, Pose::identity()).weights(goal.weights[0], goal.weights[1])
+        let goal = match frame {
+            Frame::World => goal.moved(&base(chain, memory, q).inverse()),
+            Frame::Base => *goal,
         };
+        let target = Target::new(chain.tip, goal);
         gather(&chain.q, q, &mut memory.q);
         memory.fresh = false;
         let ik = &mut memory.ik;
@@ -263,6 +189,7 @@ impl Robot {
         &mut self,
         closed: &ClosedForm,
         goal: &Goal,
+        frame: Frame,
         q: &[f64],
         out: &mut [f64],
     ) -> Result<usize, RobotError> {
@@ -285,7 +212,7 @@ impl Robot {
             return Err(RobotError::NotAChain { part: closed.part().index() });
         };
         let mut X = Pose::new(orientation, position);
-        if !goal.in_base {
+        if frame == Frame::World {
             X = base(chain, memory, q).inverse() * X;
         }
         memory.fresh = false;

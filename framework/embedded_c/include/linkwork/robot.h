@@ -19,11 +19,14 @@
 // The roots of the file move in the xy plane of the world.
 #define LW_ROOT_PLANAR 3
 
-// Inertias that no body has are refused.
-#define LW_INERTIA_PHYSICAL 0
+// Inertias that no body has are read: moments that break the triangle inequality as they are, those below zero as 0, those without a mass not at all. `lw_model_doubtful` tells them.
+#define LW_INERTIA_WARN 0
 
-// Principal moments need only not be negative, for published data that break the triangle inequality.
-#define LW_INERTIA_POSITIVE_MOMENTS 1
+// Inertias that no body has are refused.
+#define LW_INERTIA_PHYSICAL 1
+
+// Principal moments need only not be negative, for published data that break the triangle inequality; others are refused.
+#define LW_INERTIA_POSITIVE_MOMENTS 2
 
 // A ball about the origin: `size` = radius, unused, unused.
 #define LW_SHAPE_SPHERE 0
@@ -43,11 +46,38 @@
 // The body does not move on its parent.
 #define LW_HINGE_LOCKED 0
 
-// It turns about an axis.
+// It turns about `axis`: 1 number of q, rad.
 #define LW_HINGE_PIN 1
 
-// It slides along an axis.
+// It slides along `axis`: 1 number of q, m.
 #define LW_HINGE_SLIDER 2
+
+// It turns about `axis` and advances along it by `pitch`: 1 number of q, rad.
+#define LW_HINGE_SCREW 3
+
+// It slides along `axis` and turns about it: 2 numbers of q, m and rad.
+#define LW_HINGE_CYLINDRICAL 4
+
+// It turns about `axis`, then about `second`, which moves with it: 2 numbers of q, rad.
+#define LW_HINGE_UNIVERSAL 5
+
+// It turns about the moving x, y and z axes: 3 numbers of q, rad.
+#define LW_HINGE_GIMBAL 6
+
+// It slides along x and y, then turns about z: 3 numbers of q, m and rad.
+#define LW_HINGE_PLANAR 7
+
+// Any rotation: 4 numbers of q, a quaternion x y z w, and 3 degrees of freedom.
+#define LW_HINGE_BALL 8
+
+// Any motion: 7 numbers of q, position and quaternion, and 6 degrees of freedom.
+#define LW_HINGE_FREE 9
+
+// Bodies that a hinge joins pass each other, except for pairs of `lw_builder_collide`: so it is at first.
+#define LW_NEIGHBOURS_PASS 0
+
+// They collide.
+#define LW_NEIGHBOURS_COLLIDE 1
 
 // All six rows of a Jacobian; the angular ones times a length.
 #define LW_ROWS_ALL 0
@@ -239,6 +269,18 @@ typedef struct LwShape {
   // Lengths, m, as the kind says; those that are not used are zero.
   double size[3];
 } LwShape;
+
+// How a body moves on its parent. What does not count is zero.
+typedef struct LwHinge {
+  // One of `LW_HINGE_...`.
+  uint32_t kind;
+  // Of a pin, slider, screw, cylindrical or universal hinge, of any length but zero, in the hinge's frame.
+  double axis[3];
+  // The second axis of a universal hinge, of any length but zero.
+  double second[3];
+  // Of a screw: its advance, m/rad.
+  double pitch;
+} LwHinge;
 
 // A wrench that the tip of a part exerts on something.
 typedef struct LwPush {
@@ -640,18 +682,6 @@ enum LwStatus lw_builder_object(struct LwBuilder *builder,
                                 const double *center,
                                 const double *inertia);
 
-// A body that hangs on an object, or on another such body (`parent`), by a hinge at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. `hinge`: one of
-// `LW_HINGE_..`; `axis` (3 numbers, of any length but zero; unused, and may be NULL, for `LW_HINGE_LOCKED`). Mass properties as of `lw_builder_object`.
-enum LwStatus lw_builder_object_body(struct LwBuilder *builder,
-                                     const char *name,
-                                     const char *parent,
-                                     uint32_t hinge,
-                                     const double *axis,
-                                     const struct LwPose *at,
-                                     double mass,
-                                     const double *center,
-                                     const double *inertia);
-
 // A shape for collisions, `at` (NULL: at the origin) in the frame of `carrier`: a body, an object or a body that hangs on one, or "world".
 enum LwStatus lw_builder_shape(struct LwBuilder *builder,
                                const char *name,
@@ -676,14 +706,41 @@ enum LwStatus lw_builder_voxel_map(struct LwBuilder *builder,
                                    const uint32_t *cells,
                                    double edge);
 
-// Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
-enum LwStatus lw_builder_ignore(struct LwBuilder *builder,
-                                const char *a,
-                                const char *b);
-
 // Checks everything and makes the model, into `out`; free it with `lw_model_free`. The builder stays, and may make others. All mistakes are in the message.
 enum LwStatus lw_builder_model(struct LwBuilder *builder,
                                struct LwModel **out);
+
+// A body of the robot, on `parent` (a body, or "world") by `hinge` (NULL: welded) at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. Mass properties as of `lw_builder_object`; mass,
+// centre and inertia of zero: a frame. With bodies a robot needs no file; after a file they are added to its bodies. A hinge of one degree of freedom is found by `lw_model_joint` under the
+// body's name, any by `lw_model_hinge`.
+enum LwStatus lw_builder_body(struct LwBuilder *builder,
+                              const char *name,
+                              const char *parent,
+                              const struct LwHinge *hinge,
+                              const struct LwPose *at,
+                              double mass,
+                              const double *center,
+                              const double *inertia);
+
+// A body that hangs on an object, or on another such body (`parent`), by `hinge` (NULL: welded) at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. Mass properties as of
+// `lw_builder_object`. `lw_model_object_hinge` tells where its numbers are.
+enum LwStatus lw_builder_object_body(struct LwBuilder *builder,
+                                     const char *name,
+                                     const char *parent,
+                                     const struct LwHinge *hinge,
+                                     const struct LwPose *at,
+                                     double mass,
+                                     const double *center,
+                                     const double *inertia);
+
+// Limits of the hinge of a body that was added before, of each of its pins, sliders and screws: least and greatest coordinate, rad or m; greatest rate, rad/s or m/s; greatest effort, N m or N. Infinite where there
+// is none. Takes the place of those of the file.
+enum LwStatus lw_builder_limits(struct LwBuilder *builder,
+                                const char *body,
+                                double lower,
+                                double upper,
+                                double rate,
+                                double effort);
 
 // The convex hull of `n` points (3 numbers each, m) that are not all in one plane. `at` and `carrier` as of `lw_builder_shape`.
 enum LwStatus lw_builder_hull(struct LwBuilder *builder,
@@ -727,6 +784,40 @@ enum LwStatus lw_builder_coarse_hull(struct LwBuilder *builder,
                                      const double *points,
                                      size_t n);
 
+// As `lw_builder_coarse`, with a surface of triangles as the coarse shape: as of `lw_builder_mesh`.
+enum LwStatus lw_builder_coarse_mesh(struct LwBuilder *builder,
+                                     const char *name,
+                                     const double *vertices,
+                                     size_t vertex_count,
+                                     const uint32_t *triangles,
+                                     size_t triangle_count);
+
+// As `lw_builder_coarse`, with cubes as the coarse shape: a grid of `cells` (3 numbers) of them along x, y, z from the origin of the frame, with the edge `edge` (m), of which `n` are occupied: `occupied` has three
+// indices of each, from 0. They stay as they are: `lw_robot_set_cells` changes a collider's own shape.
+enum LwStatus lw_builder_coarse_voxel_map(struct LwBuilder *builder,
+                                          const char *name,
+                                          const uint32_t *cells,
+                                          double edge,
+                                          const uint32_t *occupied,
+                                          size_t n);
+
+// Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
+enum LwStatus lw_builder_ignore(struct LwBuilder *builder,
+                                const char *a,
+                                const char *b);
+
+// Two that collide though a hinge joins them or they are of one group of `lw_builder_apart`, as of `lw_builder_ignore`, which goes before.
+enum LwStatus lw_builder_collide(struct LwBuilder *builder,
+                                 const char *a,
+                                 const char *b);
+
+// A group of `n` bodies, by name, of which none collides with another.
+enum LwStatus lw_builder_apart(struct LwBuilder *builder, const char *const *bodies, size_t n);
+
+// What happens between bodies that a hinge of fewer than six degrees of freedom joins: one of `LW_NEIGHBOURS_...`.
+enum LwStatus lw_builder_neighbours(struct LwBuilder *builder,
+                                    uint32_t neighbours);
+
 // The same model by another handle with a message of its own, into `out`. O(1).
 enum LwStatus lw_model_clone(const struct LwModel *model, struct LwModel **out);
 
@@ -744,6 +835,12 @@ enum LwStatus lw_model_unused(const struct LwModel *model,
                               char *buffer,
                               size_t room,
                               size_t *wanted);
+
+// Warnings: mass properties of the robot's file that no body has and that were read all the same (`LW_INERTIA_WARN`), one line each with link and numbers; empty when there are none: as `lw_builder_message`.
+enum LwStatus lw_model_doubtful(const struct LwModel *model,
+                                char *buffer,
+                                size_t room,
+                                size_t *wanted);
 
 // Numbers of q into `nq`, degrees of freedom into `nv`.
 enum LwStatus lw_model_sizes(const struct LwModel *model, size_t *nq, size_t *nv);
@@ -779,11 +876,28 @@ enum LwStatus lw_model_collider_name(const struct LwModel *model,
                                      size_t room,
                                      size_t *wanted);
 
-// The places in q and among the degrees of freedom of a joint with one coordinate, by the name that the file gives it.
+// The places in q and among the degrees of freedom of a joint with one coordinate, by the name that the file gives it, or of a body of `lw_builder_body` by its name.
 enum LwStatus lw_model_joint(const struct LwModel *model,
                              const char *name,
                              size_t *in_q,
                              size_t *in_v);
+
+// Where the hinge of a body has its numbers: the first in q into `in_q` and how many into `q_count`, among the degrees of freedom into `in_v` and `v_count`. A welded one has none.
+enum LwStatus lw_model_hinge(const struct LwModel *model,
+                             uint32_t body,
+                             size_t *in_q,
+                             size_t *q_count,
+                             size_t *in_v,
+                             size_t *v_count);
+
+// As `lw_model_hinge`, of a body that hangs on an object (`lw_model_object_body`): the places are those among the numbers of that object's joints. The object itself has none.
+enum LwStatus lw_model_object_hinge(const struct LwModel *model,
+                                    uint32_t object,
+                                    uint32_t body,
+                                    size_t *in_q,
+                                    size_t *q_count,
+                                    size_t *in_v,
+                                    size_t *v_count);
 
 // How many degrees of freedom a chain has, into `count`: the columns of its Jacobian.
 enum LwStatus lw_model_part_size(const struct LwModel *model, uint32_t part, size_t *count);

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -232,6 +233,25 @@ class Model {
   std::string unused() const {
     return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_unused(get(), b, n, w); });
   }
+  // Warnings: mass properties of the file that no body has and that were read all the same.
+  std::string doubtful() const {
+    return words([&](char *b, std::size_t n, std::size_t *w) { return lw_model_doubtful(get(), b, n, w); });
+  }
+
+  // Where a hinge has its numbers.
+  struct Hinge {
+    std::size_t in_q, q_count, in_v, v_count;
+  };
+  Hinge hinge(std::uint32_t body) const {
+    Hinge h{};
+    check(lw_model_hinge(get(), body, &h.in_q, &h.q_count, &h.in_v, &h.v_count));
+    return h;
+  }
+  Hinge object_hinge(std::uint32_t object, std::uint32_t body) const {
+    Hinge h{};
+    check(lw_model_object_hinge(get(), object, body, &h.in_q, &h.q_count, &h.in_v, &h.v_count));
+    return h;
+  }
 
   // Places of a joint in q and among the degrees of freedom.
   std::pair<std::size_t, std::size_t> joint(const std::string &name) const {
@@ -295,11 +315,11 @@ class Builder {
 
   Builder &packages(const std::string &folder) { return check(lw_builder_packages(get(), folder.c_str())); }
   Builder &robot_file(const std::string &path, std::uint32_t root = LW_ROOT_AS_WRITTEN,
-                      std::uint32_t inertia = LW_INERTIA_PHYSICAL) {
+                      std::uint32_t inertia = LW_INERTIA_WARN) {
     return check(lw_builder_robot_file(get(), path.c_str(), root, inertia));
   }
   Builder &robot_text(const std::string &xml, std::uint32_t root = LW_ROOT_AS_WRITTEN,
-                      std::uint32_t inertia = LW_INERTIA_PHYSICAL) {
+                      std::uint32_t inertia = LW_INERTIA_WARN) {
     return check(lw_builder_robot_text(get(), xml.c_str(), root, inertia));
   }
   Builder &groups_file(const std::string &path) { return check(lw_builder_groups_file(get(), path.c_str())); }
@@ -311,11 +331,23 @@ class Builder {
   Builder &object(const std::string &name, double mass, std::array<double, 3> center, std::array<double, 9> inertia) {
     return check(lw_builder_object(get(), name.c_str(), mass, center.data(), inertia.data()));
   }
-  Builder &object_body(const std::string &name, const std::string &parent, std::uint32_t hinge,
-                       std::array<double, 3> axis, double mass, std::array<double, 3> center,
-                       std::array<double, 9> inertia, const std::optional<LwPose> &at = std::nullopt) {
-    return check(lw_builder_object_body(get(), name.c_str(), parent.c_str(), hinge, axis.data(), at ? &*at : nullptr,
-                                        mass, center.data(), inertia.data()));
+  Builder &body(const std::string &name, const std::string &parent, const LwHinge &hinge, double mass,
+                std::array<double, 3> center, std::array<double, 9> inertia,
+                const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_body(get(), name.c_str(), parent.c_str(), &hinge, at ? &*at : nullptr, mass, center.data(),
+                                 inertia.data()));
+  }
+  Builder &object_body(const std::string &name, const std::string &parent, const LwHinge &hinge, double mass,
+                       std::array<double, 3> center, std::array<double, 9> inertia,
+                       const std::optional<LwPose> &at = std::nullopt) {
+    return check(lw_builder_object_body(get(), name.c_str(), parent.c_str(), &hinge, at ? &*at : nullptr, mass,
+                                        center.data(), inertia.data()));
+  }
+  // Infinite where there is none.
+  Builder &limits(const std::string &body, double lower, double upper,
+                  double rate = std::numeric_limits<double>::infinity(),
+                  double effort = std::numeric_limits<double>::infinity()) {
+    return check(lw_builder_limits(get(), body.c_str(), lower, upper, rate, effort));
   }
   Builder &shape(const std::string &name, const std::string &carrier, const LwShape &shape,
                  const std::optional<LwPose> &at = std::nullopt) {
@@ -351,6 +383,26 @@ class Builder {
   Builder &coarse_hull(const std::string &name, std::span<const std::array<double, 3>> points) {
     return check(lw_builder_coarse_hull(get(), name.c_str(), first(points), points.size()));
   }
+  Builder &coarse_mesh(const std::string &name, std::span<const std::array<double, 3>> vertices,
+                       std::span<const std::array<std::uint32_t, 3>> triangles) {
+    return check(lw_builder_coarse_mesh(get(), name.c_str(), first(vertices), vertices.size(), first(triangles),
+                                        triangles.size()));
+  }
+  Builder &coarse_voxel_map(const std::string &name, std::array<std::uint32_t, 3> cells, double edge,
+                            std::span<const std::array<std::uint32_t, 3>> occupied) {
+    return check(lw_builder_coarse_voxel_map(get(), name.c_str(), cells.data(), edge, first(occupied),
+                                             occupied.size()));
+  }
+  Builder &collide(const std::string &a, const std::string &b) {
+    return check(lw_builder_collide(get(), a.c_str(), b.c_str()));
+  }
+  // None of these bodies collides with another of them.
+  Builder &apart(std::span<const std::string> bodies) {
+    std::vector<const char *> names;
+    for (const auto &name : bodies) names.push_back(name.c_str());
+    return check(lw_builder_apart(get(), names.data(), names.size()));
+  }
+  Builder &neighbours(std::uint32_t neighbours) { return check(lw_builder_neighbours(get(), neighbours)); }
   Builder &ignore(const std::string &a, const std::string &b) {
     return check(lw_builder_ignore(get(), a.c_str(), b.c_str()));
   }

@@ -24,6 +24,7 @@ __all__ = [
     "Grip",
     "Hinge",
     "Identifiable",
+    "InverseKinematicsSearch",
     "LinkworkError",
     "Log",
     "Mechanism",
@@ -599,6 +600,21 @@ class Grip:
     def __exit__(self, *_exception: object) -> None: ...
 
 @final
+class InverseKinematicsSearch:
+    def advance(self, kinematics: int = 1000) -> bool: ...
+    def solution(self) -> _Array: ...
+    @property
+    def outcome(self) -> Literal["met", "nearest", "unfinished"]: ...
+    @property
+    def q(self) -> _Array: ...
+    @property
+    def residual(self) -> tuple[float, float] | None: ...
+    @property
+    def kinematics(self) -> int: ...
+    @property
+    def restart(self) -> int: ...
+
+@final
 class Robot(Collisions):
     def __new__(
         cls,
@@ -646,6 +662,24 @@ class Robot(Collisions):
         plane: ArrayLike | None = None,
         line: ArrayLike | None = None,
     ) -> _Array: ...
+    def begin_inverse_kinematics(
+        self,
+        part: str,
+        at: ArrayLike | None = None,
+        q: ArrayLike | None = None,
+        *,
+        in_base: bool = False,
+        position_tolerance: float = 1e-9,
+        orientation_tolerance: float = 1e-9,
+        steps: int = 100,
+        restarts: int = 64,
+        axis: ArrayLike | None = None,
+        along: ArrayLike | None = None,
+        look_at: ArrayLike | None = None,
+        within: float = 0.0,
+        plane: ArrayLike | None = None,
+        line: ArrayLike | None = None,
+    ) -> InverseKinematicsSearch: ...
     def inverse_kinematics_best(
         self,
         part: str,

@@ -14,7 +14,7 @@ mod find;
 use super::{Refusal, filled, folder_with, wrong};
 use crate::program::program;
 use find::{Found, FoundWheel};
-use linkwork_formats::{Description, Geometry, ReadOptions, Root, ShapeRole, Unphysical};
+use linkwork_formats::{Description, Geometry, ReadOptions, Root, ShapeRole};
 use linkwork_spatial::{Quat, Vec3};
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
@@ -142,8 +142,7 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
         wrong(format!("`{shown}` cannot be read: {e}"), "name a URDF, MJCF or SDF file")
     })?;
     // As the assembly that is written reads it: `run` warns of moments that no body has.
-    let unphysical = Unphysical::Read;
-    let options = ReadOptions { root: Root::Free, unphysical, ..ReadOptions::default() };
+    let options = ReadOptions { root: Root::Free, ..ReadOptions::default() };
     let description = linkwork_assembly::read_machine(&there, &options).map_err(|failure| {
         let told = linkwork_assembly::show_faults(
             &failure.faults,

@@ -1,0 +1,209 @@
+//! Mechanisms without a file: bodies on hinges, of the robot or on objects; limits.
+
+use crate::builder::{Draft, LwBuilder};
+use crate::edge::{LwPose, alone, text, value};
+use crate::status::{Fault, LwStatus};
+use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, HingeCoordinate, Limits};
+use linkwork_embedded::spatial::{MassProperties, Mat3, Vec3};
+use std::ffi::c_char;
+
+/// The body does not move on its parent.
+pub const LW_HINGE_LOCKED: u32 = 0;
+/// It turns about `axis`: 1 number of q, rad.
+pub const LW_HINGE_PIN: u32 = 1;
+/// It slides along `axis`: 1 number of q, m.
+pub const LW_HINGE_SLIDER: u32 = 2;
+/// It turns about `axis` and advances along it by `pitch`: 1 number of q, rad.
+pub const LW_HINGE_SCREW: u32 = 3;
+/// It slides along `axis` and turns about it: 2 numbers of q, m and rad.
+pub const LW_HINGE_CYLINDRICAL: u32 = 4;
+/// It turns about `axis`, then about `second`, which moves with it: 2 numbers of q, rad.
+pub const LW_HINGE_UNIVERSAL: u32 = 5;
+/// It turns about the moving x, y and z axes: 3 numbers of q, rad.
+pub const LW_HINGE_GIMBAL: u32 = 6;
+/// It slides along x and y, then turns about z: 3 numbers of q, m and rad.
+pub const LW_HINGE_PLANAR: u32 = 7;
+/// Any rotation: 4 numbers of q, a quaternion x y z w, and 3 degrees of freedom.
+pub const LW_HINGE_BALL: u32 = 8;
+/// Any motion: 7 numbers of q, position and quaternion, and 6 degrees of freedom.
+pub const LW_HINGE_FREE: u32 = 9;
+
+/// How a body moves on its parent. What does not count is zero.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LwHinge {
+    /// One of `LW_HINGE_...`.
+    pub kind: u32,
+    /// Of a pin, slider, screw, cylindrical or universal hinge, of any length but zero, in the hinge's frame.
+    pub axis: [f64; 3],
+    /// The second axis of a universal hinge, of any length but zero.
+    pub second: [f64; 3],
+    /// Of a screw: its advance, m/rad.
+    pub pitch: f64,
+}
+
+impl LwHinge {
+    fn checked(&self) -> Result<Hinge, Fault> {
+        let [axis, second] = [self.axis, self.second].map(Vec3::from);
+        let (hinge, [turns, crosses, advances]) = match self.kind {
+            LW_HINGE_LOCKED => (Hinge::locked(), [false; 3]),
+            LW_HINGE_PIN => (Hinge::pin(axis), [true, false, false]),
+            LW_HINGE_SLIDER => (Hinge::slider(axis), [true, false, false]),
+            LW_HINGE_SCREW => (Hinge::screw(axis, self.pitch), [true, false, true]),
+            LW_HINGE_CYLINDRICAL => (Hinge::cylindrical(axis), [true, false, false]),
+            LW_HINGE_UNIVERSAL => (Hinge::universal(axis, second), [true, true, false]),
+            LW_HINGE_GIMBAL => (Hinge::gimbal(), [false; 3]),
+            LW_HINGE_PLANAR => (Hinge::planar(), [false; 3]),
+            LW_HINGE_BALL => (Hinge::ball(), [false; 3]),
+            LW_HINGE_FREE => (Hinge::free(), [false; 3]),
+            value => return Err(Fault::Choice { what: "kind", value, help: "one of LW_HINGE_.." }),
+        };
+        let zero = |x: &[f64]| x.iter().all(|x| *x == 0.0);
+        let unused = [
+            ("axis", turns || zero(&self.axis)),
+            ("second", crosses || zero(&self.second)),
+            ("pitch", advances || self.pitch == 0.0),
+        ];
+        match unused.iter().find(|u| !u.1) {
+            None => Ok(hinge),
+            Some((what, _)) => Err(Fault::Model(format!(
+                "hinge {} does not use `{what}`\n  help: leave zero what it does not use",
+                self.kind
+            ))),
+        }
+    }
+}
+
+/// # Safety
+/// The promises at the head of the crate.
+pub(crate) unsafe fn mass_of(
+    mass: f64,
+    center: *const f64,
+    inertia: *const f64,
+) -> Result<MassProperties, Fault> {
+    // SAFETY: the caller's promises.
+    let (center, inertia) = unsafe {
+        (value("center", center.cast::<[f64; 3]>())?, value("inertia", inertia.cast::<[f64; 9]>())?)
+    };
+    Ok(MassProperties::new(mass, center.into(), Mat3::from_row_slice(&inertia)))
+}
+
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn body_of(
+    (name, parent): (*const c_char, *const c_char),
+    (hinge, at): (*const LwHinge, *const LwPose),
+    (mass, center, inertia): (f64, *const f64, *const f64),
+) -> Result<BodySpec, Fault> {
+    // SAFETY: the caller's promises.
+    unsafe {
+        let hinge = match hinge.is_null() {
+            true => Hinge::locked(),
+            false => value("hinge", hinge)?.checked()?,
+        };
+        let mass = mass_of(mass, center, inertia)?;
+        let mut body = BodySpec::new(text("name", name)?, text("parent", parent)?);
+        body = body.hinge(hinge).mass(mass);
+        if !at.is_null() {
+            body = body.hinge_in_parent(value("at", at)?.checked()?);
+        }
+        Ok(body)
+    }
+}
+
+impl Draft {
+    /// A body of the robot; a hinge of one degree of freedom is a joint of its name.
+    fn body(&mut self, body: BodySpec) -> Result<(), Fault> {
+        if body.hinge.nv() == 1 {
+            let to = HingeCoordinate { body: body.name.clone(), subhinge: 0 };
+            if let Some(other) = self.spec.joints.get(&body.name) {
+                let text = format!(
+                    "body `{}` has the name of a joint, which moves body `{}`\n  help: give it another name",
+                    body.name, other.body
+                );
+                return Err(Fault::Model(text));
+            }
+            self.spec.joints.insert(body.name.clone(), to);
+        }
+        self.spec.mechanism.body(body);
+        Ok(())
+    }
+
+    fn limits(&mut self, name: &str, limits: Limits) -> Result<(), Fault> {
+        let all = |b: &mut Builder| {
+            b.bodies_mut().iter_mut().find(|b| b.name == name).map(|b| {
+                b.hinge = b.hinge.clone().limits(limits);
+            })
+        };
+        let spec = &mut self.spec;
+        let found = all(&mut spec.mechanism).or_else(|| all(&mut spec.linkages));
+        found.ok_or_else(|| {
+            let help = "add the body before, by `lw_builder_robot_file`, `lw_builder_body` or `lw_builder_object_body`";
+            Fault::Unknown(format!("there is no body `{name}`\n  help: {help}"))
+        })
+    }
+}
+
+/// A body of the robot, on `parent` (a body, or "world") by `hinge` (NULL: welded) at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. Mass properties as of `lw_builder_object`; mass,
+/// centre and inertia of zero: a frame. With bodies a robot needs no file; after a file they are added to its bodies. A hinge of one degree of freedom is found by `lw_model_joint` under the
+/// body's name, any by `lw_model_hinge`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_body(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    parent: *const c_char,
+    hinge: *const LwHinge,
+    at: *const LwPose,
+    mass: f64,
+    center: *const f64,
+    inertia: *const f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            d.body(body_of((name, parent), (hinge, at), (mass, center, inertia))?)
+        })
+    }
+}
+
+/// A body that hangs on an object, or on another such body (`parent`), by `hinge` (NULL: welded) at `at` in the parent's frame (NULL: at its origin), where the body's own origin is. Mass properties as of
+/// `lw_builder_object`. `lw_model_object_hinge` tells where its numbers are.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_object_body(
+    builder: *mut LwBuilder,
+    name: *const c_char,
+    parent: *const c_char,
+    hinge: *const LwHinge,
+    at: *const LwPose,
+    mass: f64,
+    center: *const f64,
+    inertia: *const f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            let body = body_of((name, parent), (hinge, at), (mass, center, inertia))?;
+            d.spec.linkages.body(body);
+            Ok(())
+        })
+    }
+}
+
+/// Limits of the hinge of a body that was added before, of each of its pins, sliders and screws: least and greatest coordinate, rad or m; greatest rate, rad/s or m/s; greatest effort, N m or N. Infinite where there
+/// is none. Takes the place of those of the file.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_limits(
+    builder: *mut LwBuilder,
+    body: *const c_char,
+    lower: f64,
+    upper: f64,
+    rate: f64,
+    effort: f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            d.limits(text("body", body)?, Limits { lower, upper, rate, effort })
+        })
+    }
+}
