@@ -36,9 +36,13 @@ impl Workspace {
     /// `R_WB` of a body as a matrix, and where its origin is, m: cheaper than the pose.
     #[must_use]
     pub fn body_frame(&self, tree: &Tree, body: BodyId) -> (Mat3, Vec3) {
-        let at = tree.body(body);
-        let kin = &self.work.kin[at.slot as usize];
-        (mat3(&kin.R) * at.R, vec3(&kin.R.mul_add(v3(&at.p), kin.p)))
+        self.frame(tree.body(body))
+    }
+
+    /// `R_WN` of a node as a matrix, and where its origin is, m: cheaper than the pose.
+    #[must_use]
+    pub fn node_frame(&self, tree: &Tree, node: NodeId) -> (Mat3, Vec3) {
+        self.frame(tree.node(node))
     }
 
     /// Velocity of a body at its origin, world axes. After [`kinematics`](crate::kinematics()).
@@ -115,10 +119,14 @@ impl Workspace {
         vec3(&kin.R.mul_add(v3(&c), kin.p))
     }
 
-    fn pose(&self, at: &OnLink) -> Pose {
+    fn frame(&self, at: &OnLink) -> (Mat3, Vec3) {
         let kin = &self.work.kin[at.slot as usize];
-        let R = quat(&(mat3(&kin.R) * at.R));
-        Pose::new(R, vec3(&kin.R.mul_add(v3(&at.p), kin.p)))
+        (mat3(&kin.R) * at.R, vec3(&kin.R.mul_add(v3(&at.p), kin.p)))
+    }
+
+    fn pose(&self, at: &OnLink) -> Pose {
+        let (R, p) = self.frame(at);
+        Pose::new(quat(&R), p)
     }
 
     fn velocity(&self, at: &OnLink) -> Motion {

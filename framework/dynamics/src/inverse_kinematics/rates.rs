@@ -69,7 +69,7 @@ impl InverseKinematics {
         for (target, t) in targets.iter().enumerate() {
             let (R, p) = self.frame(tree, t.relative_to);
             let d = self.frame(tree, Some(t.node)).1 - p;
-            self.relative_jacobian(tree, t.node, t.relative_to, &R, &d);
+            self.relative_jacobian(tree, t.node, t.relative_to, &R, &d, 0);
             for k in 0..6 {
                 let weight = if k < 3 { t.angular_weight } else { t.linear_weight };
                 let row = (6 * target + k) * nv;

@@ -8,7 +8,7 @@
 //! A start is left when its steps hardly gain: most of the minima that are not zero are told by that, and
 //! another start costs less than to follow them.
 
-use super::{Found, InverseKinematics, InverseKinematicsError, Target};
+use super::{Found, InverseKinematics, InverseKinematicsError, Place, Target};
 use super::{check_nodes, check_state};
 use crate::tree::Tree;
 use linkwork_multibody::Limits;
@@ -110,6 +110,11 @@ impl InverseKinematics {
         self.best.copy_from_slice(q);
         self.search = Search { stage: Stage::Start, ..Search::NONE };
         self.disturbed = false;
+        let known = |t: &Target| {
+            t.relative_to.is_none() && t.goal.pointing.is_none() && t.goal.place == Place::Point
+        };
+        let mut moves = self.moves.iter().zip(&self.place);
+        self.bends = targets.iter().all(known) && moves.all(|(moves, at)| !moves || at.is_some());
         Ok(())
     }
 
@@ -211,6 +216,9 @@ impl InverseKinematics {
         let promised = if solved { self.cut_step(rows, nv, &now) } else { 0.0 };
         let mut next = f64::INFINITY;
         if promised > 0.0 {
+            if self.bends {
+                self.bend(nv);
+            }
             let mut tried = std::mem::take(&mut self.tried);
             tree.multibody().integrate(&now, &self.step, &mut tried);
             self.clamp(&mut tried);

@@ -74,7 +74,8 @@ impl InverseKinematics {
             let (t, asked) = (self.targets[i], self.targets[i].goal);
             let (R, p) = self.frame(tree, t.relative_to);
             let d = self.frame(tree, Some(t.node)).1 - p;
-            self.relative_jacobian(tree, t.node, t.relative_to, &R, &d);
+            let J_node = 6 * nv * i;
+            self.relative_jacobian(tree, t.node, t.relative_to, &R, &d, J_node);
             let parts = [
                 (asked.position.is_some(), 3, asked.weights[0]),
                 (asked.orientation.is_some(), 0, asked.weights[1]),
@@ -83,7 +84,8 @@ impl InverseKinematics {
             for (_, from, weight) in parts.into_iter().filter(|p| p.0) {
                 for k in 0..3 {
                     for i in 0..nv {
-                        self.J[(row + k) * nv + i] = weight * self.J_node[(from + k) * nv + i];
+                        self.J[(row + k) * nv + i] =
+                            weight * self.J_node[J_node + (from + k) * nv + i];
                     }
                 }
                 if from == 3 && !whole {
@@ -96,7 +98,9 @@ impl InverseKinematics {
                 let axis = R.tr_mul(&(R1 * pointing.axis));
                 let (_, turn, shift) = pointing.missing(axis, R.tr_mul(&d));
                 for i in 0..nv {
-                    let part = |from: usize| Vec3::from_fn(|k, _| self.J_node[(from + k) * nv + i]);
+                    let part = |from: usize| {
+                        Vec3::from_fn(|k, _| self.J_node[J_node + (from + k) * nv + i])
+                    };
                     let moved = (turn * part(0) + shift * part(3)) * asked.weights[1];
                     for k in 0..3 {
                         self.J[(row + k) * nv + i] = moved[k];
