@@ -294,4 +294,15 @@ fn profiles_that_make_no_sense_are_refused_with_the_remedy() {
     // A hinge that is free cannot be prescribed.
     let free = table(WAVE, START, "").replace(", prescribed: true", "");
     assert!(faults(&free).contains("prescribes the motion of `hinge table`, which is free"));
+    // Two that prescribe one coordinate would act in each other's place.
+    let other = format!(
+        r#""Other": (model: "basics.hinge_trajectory", params: {{ {WAVE} }}, bind: {{ "hinge": "hinge:table" }}), "Motion": (model"#
+    );
+    let twice = table(WAVE, START, "").replace(r#""Motion": (model"#, &other);
+    let told = faults(&twice);
+    assert!(
+        told.contains("drives the same already") && told.contains("take one of the two out"),
+        "{told}"
+    );
+    assert!(told.contains("Motion") && told.contains("Other"), "{told}");
 }

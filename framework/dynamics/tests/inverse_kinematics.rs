@@ -529,3 +529,62 @@ fn improvements_stay_on_the_targets_and_end_at_a_minimum() {
     }
     assert!(compared >= 10, "{compared} seeds were compared");
 }
+
+/// What is left after one step is of third order in how far the start is: a half of the way leaves an eighth. Steps of Gauss and Newton leave a quarter.
+#[test]
+fn a_step_to_poses_in_the_world_is_of_third_order() {
+    let turns = [
+        Hinge::pin(Vec3::z()),
+        Hinge::pin(Vec3::y()),
+        Hinge::slider(Vec3::x()),
+        Hinge::pin(Vec3::x()),
+        Hinge::pin(Vec3::y()),
+        Hinge::pin(Vec3::z()),
+    ];
+    let mut b = Builder::new();
+    for (k, hinge) in turns.into_iter().enumerate() {
+        let parent = if k == 0 { "world".to_string() } else { format!("b{}", k - 1) };
+        let at = Pose::new(
+            Quat::from_euler_angles(0.3 * k as f64, 0.2, -0.4),
+            Vec3::new(0.3, -0.1, 0.2),
+        );
+        b.body(BodySpec::new(format!("b{k}"), parent).at(at).hinge(hinge));
+    }
+    b.node("elbow", "b2", Pose::translation(0.1, 0.2, 0.3));
+    b.node("tip", "b5", Pose::translation(0.2, 0.1, 0.4));
+    let mbs = b.build().unwrap();
+    let tree = Tree::new(&mbs);
+    let [elbow, tip] = ["elbow", "tip"].map(|n| mbs.node(n).unwrap());
+    let start = [0.3, -0.4, 0.2, 0.5, 0.7, -0.6];
+    let way = [1.0, -0.7, 0.4, 0.8, -0.9, 0.6];
+    let left = |targets: &dyn Fn(&[f64]) -> Vec<Target>, part: f64| {
+        let goal: Vec<f64> = start.iter().zip(way).map(|(q, w)| q + part * w).collect();
+        let mut ik = InverseKinematics::new(&tree);
+        let mut q = start.to_vec();
+        ik.begin(&tree, &targets(&goal), &q).unwrap();
+        // The start, and one step.
+        ik.advance(&tree, 2, &mut q);
+        let squares = ik.residuals().iter().map(|r| r.position.powi(2) + r.orientation.powi(2));
+        squares.sum::<f64>().sqrt()
+    };
+    let pose = |q: &[f64]| vec![Target::new(tip, Goal::pose(pose_of(&tree, q, tip)))];
+    let weighed =
+        |q: &[f64]| vec![Target::new(tip, Goal::pose(pose_of(&tree, q, tip)).weights(3.0, 0.5))];
+    let two = |q: &[f64]| {
+        let [a, b] = [elbow, tip].map(|n| pose_of(&tree, q, n));
+        vec![
+            Target::new(elbow, Goal::position(a.position)),
+            Target::new(tip, Goal::orientation(b.rotation)),
+        ]
+    };
+    for (what, targets) in [
+        ("pose", &pose as &dyn Fn(&[f64]) -> Vec<Target>),
+        ("weighed", &weighed),
+        ("two targets", &two),
+    ] {
+        let sizes = [0.04, 0.02, 0.01].map(|part| left(targets, part));
+        let orders = [sizes[0] / sizes[1], sizes[1] / sizes[2]].map(f64::log2);
+        println!("{what}: {sizes:?} left, orders {orders:?}");
+        assert!((orders[1] - 3.0).abs() < 0.2, "{what}: {sizes:?}, {orders:?}");
+    }
+}
