@@ -541,14 +541,15 @@ fn a_step_to_poses_in_the_world_is_of_third_order() {
         Hinge::pin(Vec3::y()),
         Hinge::pin(Vec3::z()),
     ];
-    let mut b = Builder::new();
+    let (mut b, mut r) = (Builder::new(), Rng(1));
     for (k, hinge) in turns.into_iter().enumerate() {
         let parent = if k == 0 { "world".to_string() } else { format!("b{}", k - 1) };
         let at = Pose::new(
             Quat::from_euler_angles(0.3 * k as f64, 0.2, -0.4),
             Vec3::new(0.3, -0.1, 0.2),
         );
-        b.body(BodySpec::new(format!("b{k}"), parent).at(at).hinge(hinge));
+        let body = BodySpec::new(format!("b{k}"), parent).hinge_in_parent(at);
+        b.body(body.hinge(hinge).mass(r.mass()));
     }
     b.node("elbow", "b2", Pose::translation(0.1, 0.2, 0.3));
     b.node("tip", "b5", Pose::translation(0.2, 0.1, 0.4));
