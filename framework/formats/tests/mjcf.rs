@@ -7,7 +7,8 @@ use linkwork_formats::multibody::{Hinge, SubhingeKind};
 use linkwork_formats::spatial::nalgebra::Quaternion;
 use linkwork_formats::spatial::{Mat3, Quat, Vec3};
 use linkwork_formats::{
-    Description, FormatError, Geometry, ReadOptions, Root, ShapeRole, read_file, read_mjcf,
+    Description, FormatError, Geometry, ReadOptions, Root, ShapeRole, Unphysical, read_file,
+    read_mjcf,
 };
 use serde_json::Value;
 
@@ -189,7 +190,8 @@ const HEAD: &str = "<mujoco><worldbody>\n";
 const TAIL: &str = "\n</worldbody></mujoco>";
 
 fn refused(inside: &str) -> FormatError {
-    read_mjcf(&format!("{HEAD}{inside}{TAIL}"), &ReadOptions::default()).expect_err("refused")
+    let strict = ReadOptions { unphysical: Unphysical::Refused, ..ReadOptions::default() };
+    read_mjcf(&format!("{HEAD}{inside}{TAIL}"), &strict).expect_err("refused")
 }
 
 #[test]

@@ -11,7 +11,8 @@ use linkwork_formats::{
 const ARM: &str = include_str!("data/arm.urdf");
 
 fn refused(text: &str) -> FormatError {
-    read_urdf(text, &ReadOptions::default()).expect_err("must be refused")
+    let strict = ReadOptions { unphysical: Unphysical::Refused, ..ReadOptions::default() };
+    read_urdf(text, &strict).expect_err("must be refused")
 }
 
 #[test]

@@ -10,7 +10,7 @@
 //! Levenberg–Marquardt: c falls and rises with the ratio of the gain of F to what J promised. The factor
 //! |e|² makes the end quadratic where targets can be met, singular Jacobians included. Poses in the world that hinges of
 //! one number move are met at third order: what the way bends is taken off along the step, with the same factors
-//! (geodesic acceleration, Transtrum and Sethna 2012), where it is at most 3/8 of the step.
+//! (geodesic acceleration, Transtrum and Sethna 2012), where it is at most 3/8 of the step and J promises most of F.
 //! ```text
 //! h ← h + b     (Jᵀ J + c |e|² 1) b = −½ Jᵀ a     a = J̇ h at the rates h: [Σ_i w_i' × w_i;  Σ_i (2 w_i' + w_i) × v_i]
 //! ```

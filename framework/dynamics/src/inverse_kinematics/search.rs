@@ -216,7 +216,8 @@ impl InverseKinematics {
         let promised = if solved { self.cut_step(rows, nv, &now) } else { 0.0 };
         let mut next = f64::INFINITY;
         if promised > 0.0 {
-            if self.bends {
+            // Where J says that most of the error stays, its curvature is no guide to the minimum.
+            if self.bends && promised > 0.5 * cost {
                 self.bend(nv);
             }
             let mut tried = std::mem::take(&mut self.tried);
