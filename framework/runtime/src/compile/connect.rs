@@ -274,7 +274,8 @@ impl<'w> Connector<'_, '_, 'w> {
         let n = from.spec.lanes.min(to.spec.lanes);
         let other = (to.lane..to.lane + n).find_map(|at| self.arrivals.at(to.part, at));
         if let Some(other) = other.filter(|_| !to.spec.sum) {
-            let fact = format!("`{a} -> {b}`: `{}` drives the same already", self.texts[other]);
+            let Link { from, to, .. } = &self.out.links[other];
+            let fact = format!("`{a} -> {b}`: `{from} -> {to}` drives the same already");
             let help = "take one of the two out: they would act in each other's place";
             faults.push(Fault::new(wire.origin, fact).help(help));
         }
