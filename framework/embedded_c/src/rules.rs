@@ -11,6 +11,13 @@ pub const LW_NEIGHBOURS_PASS: u32 = 0;
 /// They collide.
 pub const LW_NEIGHBOURS_COLLIDE: u32 = 1;
 
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn pair(a: *const c_char, b: *const c_char) -> Result<[String; 2], Fault> {
+    // SAFETY: the caller's promises.
+    unsafe { Ok([text("a", a)?.to_owned(), text("b", b)?.to_owned()]) }
+}
+
 /// Two that do not collide: each the name of a collider or of a body, which stands for all its colliders.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_ignore(
@@ -21,7 +28,7 @@ pub unsafe extern "C" fn lw_builder_ignore(
     // SAFETY: the caller's promises.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
-            d.spec.rules.ignore.push([text("a", a)?.to_owned(), text("b", b)?.to_owned()]);
+            d.spec.rules.ignore.push(pair(a, b)?);
             Ok(())
         })
     }
@@ -37,7 +44,7 @@ pub unsafe extern "C" fn lw_builder_collide(
     // SAFETY: the caller's promises.
     unsafe {
         alone(builder, LwBuilder::parts, |d| {
-            d.spec.rules.collide.push([text("a", a)?.to_owned(), text("b", b)?.to_owned()]);
+            d.spec.rules.collide.push(pair(a, b)?);
             Ok(())
         })
     }
