@@ -20,7 +20,7 @@
 //! come. Without n₁ a soil has no slip sinkage.
 //!
 //! MarsDrift is made so that a 0.25 m × 0.4 m wheel under 560 N slips by 43 % on a slope of 15° and 76 % on 20°, as a six-wheel rover
-//! was measured to do (`tests/tests/wheels.rs` holds it); it is no measured soil.
+//! was measured to do (`tests/tests/rover/wheels.rs` holds it); it is no measured soil.
 
 use linkwork_runtime::prelude::*;
 

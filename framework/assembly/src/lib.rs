@@ -4,7 +4,7 @@
 //! names, replace parameters, apply overrides, and give the flat `Spec` that the runtime
 //! compiles. Everything that is wrong is reported together, each mistake at its line and column.
 //!
-//! Folders, each of which uses only those before it (`tests/tests/tidy.rs` holds that):
+//! Folders, each of which uses only those before it (`tests/tests/runtime/tidy.rs` holds that):
 //!
 //! | folder | what it is |
 //! |---|---|

@@ -1,7 +1,5 @@
 //! Numbers of bodies: solids against integrals, hinges of every kind, starts, fan-out, expressions.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_multibody::{Coordinate, SubhingeKind};
 use linkwork_runtime::{BindTarget, MechanismSpec};
 

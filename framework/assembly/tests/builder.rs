@@ -1,6 +1,5 @@
 //! The Rust builder prints RON that reads back as the same form, and loads.
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 
 fn rover() -> Assembly {

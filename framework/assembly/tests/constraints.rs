@@ -1,7 +1,5 @@
 //! Loops, couplings and modes of a text: read, run, resolved, refused.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_multibody::{Hinge, SubhingeKind};
 use linkwork_runtime::{BindTarget, Files, compile};

@@ -1,7 +1,5 @@
 //! Colliders and contact of a text: read, run, resolved, refused.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_collision::{Shape as Solid, Visibility};
 use linkwork_solvers::JointLimits;

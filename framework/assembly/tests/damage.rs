@@ -1,6 +1,5 @@
 //! No damage to a text makes loading panic; every refusal has a message that can be shown.
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 
 /// Loads with one of the three texts damaged.

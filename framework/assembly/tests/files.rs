@@ -1,7 +1,5 @@
 //! Files on disk: beside the file, in search folders, data folders, meshes; settings from outside.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{Integrator, Seconds};
 use std::fs;

@@ -1,6 +1,5 @@
 //! Every example of FORMAT.md loads.
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{Files, Seconds, Simulation};
 

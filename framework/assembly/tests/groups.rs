@@ -1,5 +1,4 @@
 //! Groups of ports: structs of ports, and as many of them as a parameter says, joined by one wire.
-#![allow(clippy::unwrap_used)]
 use linkwork_assembly::{Look, Options, load_text};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Catalogue, Files, Lanes, Seconds, Simulation};

@@ -1,8 +1,6 @@
 //! Damping, friction, limits and stops as written, and from files of other formats: they act, and what does
 //! not is told.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_multibody::{Friction, Stop, Subhinge};
 use linkwork_runtime::{Fault, Files, Seconds, Simulation, compile};

@@ -1,6 +1,5 @@
 //! Loading what is right: expansion, numbers, references, canonical order, the resolved text.
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{BindTarget, Integrator, Seconds};
 

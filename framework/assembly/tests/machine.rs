@@ -1,9 +1,6 @@
 //! Mechanisms in RON to the last bit, files of other formats in an assembly, and side-cars.
-#![allow(non_snake_case, clippy::unwrap_used)]
-mod common;
-#[path = "../../../tests/common/splitmix.rs"]
-mod splitmix;
-use common::*;
+use crate::common::*;
+use crate::splitmix::splitmix;
 use linkwork_assembly::*;
 use linkwork_collision::Seen;
 use linkwork_formats::{
@@ -14,7 +11,6 @@ use linkwork_multibody::{
     Multibody, Stop, Subhinge, SubhingeKind, Term,
 };
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Quat, Vec3};
-use splitmix::splitmix;
 use std::path::Path;
 
 /// A seeded generator of numbers without zeros (splitmix64).

@@ -1,6 +1,5 @@
 //! Nothing depends on the order in which a file is written.
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{Files, compile};
 

@@ -1,6 +1,5 @@
 //! What is wrong is refused: message, line, column and remedy of each mistake.
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 
 /// A simulation with these fields; the first line of `fields` is line 2.

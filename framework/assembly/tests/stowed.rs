@@ -1,7 +1,5 @@
 //! Assemblies as cargo: their bodies are there, rigid, and nothing else, until a phase lets them go.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_runtime::{Files, Seconds, Simulation};
 use linkwork_spatial::nalgebra::Quaternion;

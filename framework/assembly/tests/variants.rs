@@ -1,7 +1,5 @@
 //! Variants of assemblies, elements of lists in arithmetic, bars.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_assembly::*;
 
 const BASE: &str = r#"Assembly(

@@ -1,7 +1,5 @@
 //! Campaign files and outcomes under mutations, and what fuzzing kept of them: they are refused, and nothing panics.
-#![allow(clippy::unwrap_used)]
-#[path = "../../../tests/fuzz/mutate.rs"]
-mod mutate;
+use crate::mutate;
 use linkwork_campaign::{Cause, Form, Outcome};
 use std::path::Path;
 

@@ -1,10 +1,7 @@
 //! The JSON Schema of campaign files against the files that ship, and against the reader.
-#![allow(clippy::unwrap_used)]
-#[path = "../../assembly/tests/misfit/mod.rs"]
-mod misfit;
+use crate::misfit::misfit;
 use linkwork_assembly::{plain, read_value};
 use linkwork_campaign::{Form, schema};
-use misfit::misfit;
 use std::path::{Path, PathBuf};
 
 fn why(text: &str) -> Option<String> {

@@ -1,11 +1,8 @@
 //! A cylinder of discs on faces, over edges and corners: its contact is that of its discs, and moves without jumps.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Quat, Vec3};
 use linkwork_collision::*;
-use support::*;
 
 const R: f64 = 0.25;
 const HALF: f64 = 0.2;

@@ -1,11 +1,8 @@
 //! Several contact points for a pair: how many, where, and that they keep their names while what rests jiggles.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Quat, Vec3};
 use linkwork_collision::*;
-use support::*;
 
 fn up(z: f64) -> Pose {
     Pose::translation(0.0, 0.0, z)

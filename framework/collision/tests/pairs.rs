@@ -1,11 +1,8 @@
 //! Pairs of shapes: closed forms, both orders, rigid motions, gradients, deep overlap, far away.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_collision::multibody::spatial::{Motion, Pose, Quat, Vec3};
 use linkwork_collision::*;
-use support::*;
 
 /// All ordered pairs of shapes, random poses at a distance where they touch or nearly do.
 fn each_pair(

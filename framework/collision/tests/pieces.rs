@@ -1,12 +1,9 @@
 //! Point clouds and voxel maps against the same balls and cubes as colliders of their own: no contact is missed, distances are those of the nearest.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod support;
-
+use crate::support::Random;
 use linkwork_collision::multibody::spatial::{Pose, Vec3};
 use linkwork_collision::multibody::{BodyId, BodySpec, Builder, Hinge};
 use linkwork_collision::*;
-use support::Random;
 
 const EDGE: f64 = 0.05;
 

@@ -1,7 +1,6 @@
 //! Yes or no agrees with the distance, within 1e-9 of a size: a contact is never missed. Distances are proven by their normals.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod support;
+use crate::support;
 
 use linkwork_collision::multibody::spatial::{Pose, Quat, Vec3};
 use linkwork_collision::multibody::{BodySpec, Builder, Hinge};

@@ -1,11 +1,8 @@
 //! What cannot be is refused, all at once, with the place and the remedy.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Vec3};
 use linkwork_collision::*;
-use support::*;
 
 fn faults(shape: Shape) -> Vec<ColliderFault> {
     let spec = ColliderSpec::new("it", "a00", shape);

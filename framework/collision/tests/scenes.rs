@@ -1,12 +1,9 @@
 //! Many colliders: broad phase against brute force, order, rules, hiding, detail, rebuilding, rays, no memory taken.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_collision::multibody::spatial::{Pose, Vec3};
 use linkwork_collision::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_collision::*;
-use support::*;
 
 /// `n` colliders of all kinds on free bodies, and ground.
 fn crowd(n: usize, r: &mut Random) -> (Vec<ColliderSpec>, Multibody, Vec<Pose>) {

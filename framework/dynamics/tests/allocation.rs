@@ -1,13 +1,10 @@
 //! No algorithm allocates after set-up (law 9): counted by the global allocator.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Shape, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge};
 use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::*;
 use std::hint::black_box;
-use support::{Shape, random_tree};
 
 #[test]
 fn nothing_is_allocated_after_set_up() {

@@ -1,13 +1,10 @@
 //! Analytic wall: Euler's equations, a screw, a slider, distance from the origin.
 //! Whole motions are in `closed_forms.rs`.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, close, random_tree, relative_error};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, close, random_tree, relative_error};
 
 fn one(body: BodySpec) -> Multibody {
     let mut b = Builder::new();

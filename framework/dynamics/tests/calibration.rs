@@ -1,5 +1,4 @@
 //! Calibration: what measurements tell, inertial parameters, frames.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::calibration::*;
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
@@ -7,8 +6,7 @@ use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_dynamics::*;
 
-#[path = "../../../tests/common/splitmix.rs"]
-mod splitmix;
+use crate::support::splitmix;
 
 struct Rng(u64);
 

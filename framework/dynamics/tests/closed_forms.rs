@@ -2,16 +2,13 @@
 //!
 //! What is algebraic is compared at once. Motions are integrated by the solver floor's RK4, with a
 //! step whose error lies below the tolerance, and compared with the closed form at the end.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, close};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::nalgebra::{Quaternion, Unit};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_dynamics::*;
 use linkwork_integrate::{Field, Integrator, Method};
-use support::{Rng, close};
 
 /// A mechanism and the memory to run it.
 struct System {

@@ -1,12 +1,9 @@
 //! Bodies that are locked together, taken as a whole, against the sweep of each of them.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, close};
 use linkwork_dynamics::multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::{Force, RigidInertia, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, close};
 
 /// A craft that floats and an arm on a pin, with nine and six bodies fixed to them, some of them to each other. `fixed`
 /// makes the hinges of these.

@@ -1,12 +1,9 @@
 //! Conservation and gradient wall: energy, momentum, gravity, the power of Coriolis forces.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::Multibody;
 use linkwork_dynamics::spatial::{Force, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, close, random_tree};
 
 const G: [f64; 3] = [0.4, -1.3, -9.0];
 

@@ -1,14 +1,11 @@
 //! Derivatives of inverse and forward dynamics: against central differences on random trees with
 //! every kind of hinge, identities, far from the origin. (Foreign values: `reference.rs`.)
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::Multibody;
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{Force, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, close, random_tree};
 
 struct Case {
     tree: Tree,

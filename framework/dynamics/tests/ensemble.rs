@@ -1,13 +1,10 @@
 //! Tables of states give what single states give, with the same bits for any number of threads.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Shape, close, random_tree};
 use linkwork_dynamics::multibody::Multibody;
 use linkwork_dynamics::spatial::Vec3;
 use linkwork_dynamics::*;
 use std::sync::Arc;
-use support::{Shape, close, random_tree};
 
 fn mechanism(seed: u64, bodies: usize) -> Multibody {
     random_tree(seed, Shape { bodies, floating: true, prescribed: seed % 2 == 1, armature: true })

@@ -1,15 +1,12 @@
 //! Flexible bodies in every tree algorithm: random trees with random modes, non-orthogonal, with shortening,
 //! stiffness and damping; each algorithm against another or against differences.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, close, random_tree, solve};
 use linkwork_dynamics::multibody::modes::{Attachment, Modes, Shortening, Station};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge, Multibody};
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{Force, MassProperties, Motion, Pose, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, close, random_tree, solve};
 
 const G: Vec3 = Vec3::new(0.4, -1.3, -9.0);
 

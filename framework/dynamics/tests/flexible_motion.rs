@@ -1,7 +1,6 @@
 //! Flexible bodies in motion and at rest against closed forms and a published manoeuvre; energy and momentum.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
+use crate::support;
 
 use linkwork_dynamics::multibody::modes::{Beam, BeamModes, Ends, Modes};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};

@@ -1,13 +1,10 @@
 //! Frames: against the kernels, differences in time and closed forms; what is computed and when.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, random_tree};
 use linkwork_dynamics::frames::MechanismId;
 use linkwork_dynamics::multibody::Multibody;
 use linkwork_dynamics::spatial::{Motion, Pose, Quat, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, random_tree};
 
 fn tree(seed: u64) -> Multibody {
     let floating = seed.is_multiple_of(2);

@@ -1,11 +1,8 @@
 //! Identity wall: two ways to the same numbers, on random trees with every kind of hinge.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, close, random_tree, relative_error, solve};
 use linkwork_dynamics::spatial::{Force, RigidInertia, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, close, random_tree, relative_error, solve};
 
 struct Case {
     tree: Tree,

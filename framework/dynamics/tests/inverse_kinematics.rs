@@ -1,8 +1,6 @@
 //! Inverse kinematics: robots reach what they can reach, limits hold, loops close, refusals say why.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, random_tree, robot};
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coordinate, Hinge, Limits, Multibody, NodeId,
 };
@@ -10,7 +8,6 @@ use linkwork_dynamics::spatial::nalgebra::{DMatrix, DVector};
 use linkwork_dynamics::spatial::{Motion, Pose, Quat, Vec3};
 use linkwork_dynamics::*;
 use std::f64::consts::PI;
-use support::{Rng, Shape, random_tree, robot};
 
 fn pose_of(tree: &Tree, q: &[f64], node: NodeId) -> Pose {
     let mut ws = Workspace::new(tree);

@@ -1,14 +1,11 @@
 //! M⁻¹, Jacobians, compliance and centroidal quantities: identities on random trees with every kind
 //! of hinge and prescribed subsets, gradients, far from the origin, subgraphs.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::Multibody;
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{Force, Motion, Pose, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, close, random_tree};
 
 fn shapes() -> impl Iterator<Item = (u64, Multibody)> {
     (0..40_u64).map(|seed| {

@@ -1,14 +1,11 @@
 //! Operators as values: identities against dense algebra and the kernels, cost, refusals.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::operators::Scratch;
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Motion, Pose, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, close, random_tree};
 
 struct Case {
     mbs: Multibody,

@@ -1,13 +1,11 @@
 //! Inverse kinematics of parts of a pose: axes, cones, planes, lines, a look at a point.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::inverse_kinematics::{Place, Pointing, Towards};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, NodeId};
 use linkwork_dynamics::spatial::{Pose, Quat, Vec3};
 use linkwork_dynamics::*;
 
-#[path = "../../../tests/common/splitmix.rs"]
-mod splitmix;
+use crate::support::splitmix;
 
 struct Rng(u64);
 

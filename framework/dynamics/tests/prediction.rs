@@ -1,13 +1,10 @@
 //! Steps with covariance: against differences of the step, closed forms, a cloud of states, and the motion itself.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Vec3};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, random_tree};
 
 const GRAVITY: Vec3 = Vec3::new(1.0, -2.0, -9.0);
 

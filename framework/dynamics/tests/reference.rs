@@ -1,7 +1,6 @@
 //! Foreign reference: every quantity that we have against Pinocchio 4.1, five robots × 20 states.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
+use crate::support;
 
 use linkwork_dynamics::multibody::NodeId;
 use linkwork_dynamics::spatial::nalgebra::{DMatrix, DVector};

@@ -1,5 +1,4 @@
 //! Refusal wall: what the algorithms say to a mechanism or a slice that cannot work.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Vec3};

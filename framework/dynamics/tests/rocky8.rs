@@ -1,15 +1,12 @@
 //! Foreign reference: Rocky 8 as its makers published it, against plain homogeneous transforms.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, close, mat3, reference_text, vec3};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge, Multibody};
 use linkwork_dynamics::spatial::nalgebra::{Matrix4, Rotation3, Unit};
 use linkwork_dynamics::spatial::{InertiaCheck, MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::*;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use support::{Rng, close, mat3, reference_text, vec3};
 
 fn bodies() -> Option<BTreeMap<String, Value>> {
     let json: Value = serde_json::from_str(&reference_text("rocky8/rocky8_mbody.json")?).unwrap();

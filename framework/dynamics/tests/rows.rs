@@ -1,13 +1,10 @@
 //! Rows over units without loops against dense algebra: W = J M⁻¹ J*, and what forces do to rows.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::BodyId;
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::units::{RowSet, Treatment, Units, UnitsWork};
 use linkwork_dynamics::*;
-use support::{Rng, Shape, close, random_tree};
 
 /// A random tree after a gather, with the accelerations and forces of the whole.
 struct Case {

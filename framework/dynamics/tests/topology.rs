@@ -1,8 +1,6 @@
 //! Topology at run time: nothing moves by an edit, momentum is accounted for, mistakes change nothing.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, Shape, random_tree};
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coordinate, Hinge, Limits, Multibody, SubhingeKind,
 };
@@ -10,7 +8,6 @@ use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Motion, Pose, Vec3
 use linkwork_dynamics::topology::Report;
 use linkwork_dynamics::*;
 use std::collections::BTreeMap;
-use support::{Rng, Shape, random_tree};
 
 fn tree(seed: u64, floating: bool) -> Multibody {
     random_tree(seed, Shape { bodies: 8, floating, prescribed: false, armature: false })

@@ -1,5 +1,4 @@
 //! Edits and moves of mechanisms with loops and couplings: nothing is dropped without a word.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coupling, Hinge, HingeCoordinate, LoopClosure, Multibody,

@@ -1,12 +1,9 @@
 //! No call of a robot allocates after set-up, errors included.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::spatial::Pose;
 use linkwork_embedded::*;
 use std::hint::black_box;
-use support::*;
 
 #[test]
 fn no_call_allocates_after_set_up() {

@@ -1,14 +1,11 @@
 //! All solutions of arms with a closed form: complete, exact, within limits; refusals.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{Pose, Quat, Vec3};
 use linkwork_embedded::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
-use support::*;
 
 /// An arm of hinges given by axis and point with all angles zero, and by its tip there.
 fn arm(axes: &[(Vec3, Vec3)], tip: Vec3, limits: Limits) -> Arc<RobotModel> {

@@ -1,13 +1,10 @@
 //! Collisions of a robot: every answer of the reference, what changes at run time, filters that follow, paths.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
-use support::*;
 
 #[test]
 fn a_scene_of_an_arm_is_told_right_five_thousand_times() {

@@ -1,13 +1,10 @@
 //! Control of chains: rates in order of priority within guards, impedance; momentum and composite inertias with what is held.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, difference};
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Motion, Pose, Quat, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
-use support::{Rng, difference};
 
 /// Seven hinges without symmetry on a base that turns, and a cup.
 fn arm() -> Arc<RobotModel> {

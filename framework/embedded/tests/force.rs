@@ -1,8 +1,6 @@
 //! What is held, feed-forward, two hands on one object, operational space: against the reference and by identities.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::dynamics::{
     Tree, Workspace, forward_dynamics, inverse_dynamics, mass_matrix, poses,
 };
@@ -11,7 +9,6 @@ use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
 use std::sync::Arc;
-use support::*;
 
 fn object(name: &str, mass: f64, com: Vec3, inertia: Mat3) -> ObjectSpec {
     ObjectSpec { name: name.into(), mass: MassProperties::new(mass, com, inertia) }

@@ -1,12 +1,9 @@
 //! Numbers that the design wrote down, to the digits it gives: two hands on a beam, and what moves and squeezes a load; and that no file of the
 //! reference is left unread.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Pose, Quat, Vec3, quat};
 use linkwork_embedded::*;
-use support::*;
 
 fn near(ours: f64, golden: f64, digits: i32) {
     let room = 0.5 * 10f64.powi(-digits) * (1.0 + 1e-9);

@@ -1,12 +1,9 @@
 //! Two hands that hold by friction alone: closed forms, optimality, what cannot be held, refusals.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::Rng;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge};
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_embedded::*;
-use support::Rng;
 
 /// Two palms on sliders, and a box that they hold, 0.2 m wide; each tip is turned by its own `turn`.
 fn palms(turn: [Quat; 2]) -> (Robot, Object) {

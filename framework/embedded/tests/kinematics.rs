@@ -1,13 +1,10 @@
 //! Parts by name, their kinematics and manipulability, against the reference and by differences.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge};
 use linkwork_embedded::spatial::{Pose, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
-use support::*;
 
 /// Everything that the reference says about the arms of a robot.
 fn check(model: &std::sync::Arc<RobotModel>, json: &Value, worst: &mut [f64; 5]) {

@@ -1,7 +1,6 @@
 //! Objects with joints: trimmers of the reference, a chain of three links; against the same mechanism with the object as part of the robot.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
+use crate::support;
 
 use linkwork_embedded::dynamics::{Tree, Workspace, inverse_dynamics, mass_matrix};
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits, Multibody};

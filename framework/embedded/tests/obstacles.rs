@@ -1,13 +1,10 @@
 //! Point clouds and voxel maps as obstacles of a robot: by the same queries, filters, padding, hiding and hands as other shapes; no allocation.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::Rng;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
-use support::Rng;
 
 const CELLS: [usize; 3] = [24, 24, 16];
 const EDGE: f64 = 0.05;

@@ -1,7 +1,6 @@
 //! Least squares in order of priority, within bounds.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
+use crate::support;
 
 use linkwork_embedded::*;
 use support::Rng;

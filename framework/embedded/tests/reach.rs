@@ -1,14 +1,11 @@
 //! Inverse kinematics of parts: success, limits, bounds, preferences, refusals.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{Pose, Quat, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
 use std::sync::Arc;
-use support::*;
 
 fn arm_of(json: &Value, name: &str) -> (Arc<RobotModel>, Part) {
     let [base, tip] = ["base", "tip"].map(|k| json[k].as_str().unwrap());

@@ -3,17 +3,14 @@
 //!
 //! Each step names what it changes. Everything else that a robot can be asked is compared: its numbers, and for each part pose, Jacobian, forces at
 //! rest and in motion, inertia; for each object who holds it, where it is, its joints, and which shapes it meets; and hits and distances.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Hinge};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use support::*;
 
 /// All answers by name, as bits.
 type Answers = BTreeMap<String, Vec<u64>>;

@@ -1,13 +1,10 @@
 //! The tasks of the reference, as far as they are kinematics, loads and forces of an embedded model.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Motion, Pose, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
 use std::sync::Arc;
-use support::*;
 
 /// One task: what it says, and the robot for it.
 struct Task {

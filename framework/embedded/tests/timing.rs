@@ -1,13 +1,10 @@
 //! Ways in time: closed forms, limits held and used everywhere, what is impossible.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
-use support::*;
 
 const MASS: f64 = 2.0;
 

@@ -1,13 +1,10 @@
 //! From state to state with limits of rate, acceleration and jerk.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
-use support::*;
 
 /// Sliders side by side, with these limits of their places.
 fn sliders(n: usize, limit: f64) -> Arc<RobotModel> {

@@ -1,13 +1,10 @@
 //! Free ways from one configuration to another.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
-use support::*;
 
 /// An arm of two links in a plane, 0.5 m each, a wall across its way with a gate of this height about y = 0, and a finger
 /// beside it that the arm does not move.

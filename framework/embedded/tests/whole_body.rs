@@ -1,13 +1,10 @@
 //! Forces of a whole robot with contacts, and the support polygon.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{Rng, difference};
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge};
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Motion, Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
-use support::{Rng, difference};
 
 const LEGS: [(&str, f64, f64); 4] =
     [("lf", 0.31, 0.14), ("rf", 0.29, -0.15), ("lh", -0.3, 0.15), ("rh", -0.28, -0.13)];

@@ -1,5 +1,4 @@
 //! The examples in C and C++ say what the same robot says in Rust, and are built by one command.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_embedded::formats::{ReadOptions, Root, read_file, read_srdf_file};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};

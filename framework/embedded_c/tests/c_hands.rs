@@ -1,13 +1,10 @@
 //! Two hands on one object, masses and predictions through the interface of C: what Rust says, to the bit; no memory is taken; mistakes are codes.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::spatial::{Force, Motion, Pose, Vec3};
 use linkwork_embedded::*;
 use linkwork_robot::*;
 use std::ptr::{null, null_mut};
-use support::*;
 
 fn wrenches() -> [Force; 2] {
     let vec = |x: [f64; 3]| Vec3::from(x);

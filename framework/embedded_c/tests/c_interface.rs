@@ -1,5 +1,4 @@
 //! The interface as C sees it: the header is that of the functions, mistakes are codes with messages, and nothing is allocated after set-up.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_embedded::spatial::{Pose, Quat, nalgebra};
 use linkwork_robot::*;

@@ -1,5 +1,4 @@
 //! Objects with joints through the interface of C: what Rust says, to the bit; mistakes are codes.
-#![allow(clippy::unwrap_used)]
 
 use linkwork_embedded::formats::{ReadOptions, Root, read_text};
 use linkwork_embedded::multibody::{BodySpec, Hinge};

@@ -1,5 +1,4 @@
 //! Mechanisms without a file, rules of collisions, coarse shapes and warnings through the interface of C: what Rust says, to the bit; mistakes are codes.
-#![allow(clippy::unwrap_used)]
 
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, HingeCoordinate, Limits};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};

@@ -1,13 +1,10 @@
 //! Free paths, ways, their times, transfers, distances and shapes through the interface of C: what Rust says, to the bit; mistakes are codes. No memory is
 //! taken but where the documentation says so.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::*;
 use linkwork_robot::*;
 use std::ptr::{null, null_mut};
-use support::*;
 
 /// The left arm turned to the other side of the post.
 fn far() -> [f64; 13] {

@@ -1,13 +1,10 @@
 //! Solvers of plain numbers through the interface of C: what Rust says, to the bit; no memory is taken; mistakes are codes.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::{all_null, quiet, same};
 use linkwork_embedded::{Priorities, Sweeps, bounded};
 use linkwork_robot::*;
 use std::ffi::{CStr, c_char};
 use std::ptr::{null, null_mut};
-use support::{all_null, quiet, same};
 
 const A: [f64; 6] = [1.0, 2.0, -0.5, 0.3, -1.0, 0.8];
 const B: [f64; 2] = [1.5, -0.4];

@@ -1,5 +1,4 @@
 //! Point clouds and voxel maps through the interface of C: what is set is met, what is freed is not, mistakes are codes.
-#![allow(clippy::unwrap_used)]
 
 use linkwork_robot::*;
 use std::ptr::{null, null_mut};

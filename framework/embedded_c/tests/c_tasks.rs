@@ -1,14 +1,11 @@
 //! Tips of a robot with two arms through the interface of C: manipulability, rates, parts of a pose as goals, operational space, wishes in order of
 //! priority. What Rust says, to the bit; no memory is taken; mistakes are codes.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_embedded::spatial::{Pose, Vec3};
 use linkwork_embedded::*;
 use linkwork_robot::*;
 use std::ptr::{null, null_mut};
-use support::*;
 
 const TWIST: [f64; 6] = [0.1, -0.2, 0.3, 0.05, 0.15, -0.1];
 const NOWHERE: LwGoal = LwGoal {

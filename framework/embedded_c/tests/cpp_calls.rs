@@ -1,12 +1,9 @@
 //! The calls of robot.hpp: each says what that of robot.h says, and none is missing.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_robot::*;
 use std::path::PathBuf;
 use std::process::Command;
-use support::*;
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

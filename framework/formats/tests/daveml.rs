@@ -1,5 +1,4 @@
 //! DAVE-ML: formulas and tables against values worked out by hand, the files' own shots, refusals.
-#![allow(clippy::unwrap_used)]
 use linkwork_formats::daveml::{DaveModel, Role, read_dave};
 
 const FILE: &str = r#"<?xml version="1.0"?>

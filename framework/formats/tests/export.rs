@@ -1,15 +1,12 @@
 //! URDF export: what is written reads back as the same mechanism.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-#[path = "../../../tests/common/splitmix.rs"]
-mod splitmix;
+use crate::mutate::splitmix::splitmix;
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
 use linkwork_formats::multibody::{
     BodySpec, Builder, Friction, Hinge, Limits, Multibody, Stop, SubhingeKind,
 };
 use linkwork_formats::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_formats::{Description, ExportFault, ReadOptions, read_file, read_urdf, write_urdf};
-use splitmix::splitmix;
 
 /// A seeded generator of numbers without zeros (splitmix64).
 struct Rng(u64);

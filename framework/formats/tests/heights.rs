@@ -1,10 +1,8 @@
 //! Heights of ground: files that GDAL wrote, published files, labels of the Planetary Data System, and what is refused.
-#![allow(clippy::unwrap_used)]
 use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
 use std::path::PathBuf;
 
-#[path = "support/raster.rs"]
-mod raster;
+use crate::raster;
 use raster::{alone, read, value};
 
 const NX: usize = 37;

@@ -1,12 +1,10 @@
 //! What is written is read again, digit for digit.
-#![allow(clippy::unwrap_used)]
 use linkwork_formats::heights::{
     GeoTiff, Heights, HeightsOptions, Map, read_heights, write_ascii, write_geotiff, write_png,
 };
 use std::io::Cursor;
 
-#[path = "support/raster.rs"]
-mod raster;
+use crate::raster;
 
 /// Heights without a pattern, with holes.
 fn heights(nx: usize, ny: usize) -> Heights {

@@ -1,6 +1,5 @@
 //! MJCF: against MuJoCo 4.0 (`data/lab.json` was computed by its Python package from `data/lab.xml`), by hand,
 //! and every refusal.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
 use linkwork_formats::multibody::{Hinge, SubhingeKind};

@@ -1,6 +1,5 @@
 //! Published robots: what is read from their URDF against Pinocchio's values for the same files,
 //! and two rovers without such values.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_dynamics::{Tree, Workspace, forward_dynamics, inverse_dynamics};
 use linkwork_formats::multibody::{BodyId, Multibody};

@@ -1,5 +1,4 @@
 //! SDF: poses relative to anything, joints, loops, gearboxes, and every refusal.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_formats::multibody::{Hinge, Limits, Multibody, SubhingeKind};
 use linkwork_formats::spatial::{Pose, Quat, Vec3};

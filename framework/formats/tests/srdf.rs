@@ -1,5 +1,4 @@
 //! SRDF: groups, pairs that do not collide, and what is wrong with a file.
-#![allow(clippy::unwrap_used)]
 
 use linkwork_formats::{Group, ReadOptions, read_srdf, read_srdf_file};
 

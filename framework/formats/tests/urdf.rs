@@ -1,5 +1,4 @@
 //! URDF: what is read, and every refusal with its place.
-#![allow(clippy::unwrap_used)]
 
 use linkwork_formats::multibody::{Friction, Hinge, Limits};
 use linkwork_formats::spatial::{InertiaCheck, Pose, Quat, Vec3};

@@ -1,7 +1,5 @@
 //! Nothing is allocated after set-up: fixed and adaptive steps, dense output, events, rejections.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Ode, control, coupled, coupled_solution};
+use crate::common::{Ode, control, coupled, coupled_solution};
 use linkwork_integrate::events::{Direction, Search, Side, first_crossing};
 use linkwork_integrate::{Integrator, METHODS, Memory};
 

@@ -1,7 +1,5 @@
 //! Measured orders on nonlinear nonautonomous problems: steps, dense output, adaptive accuracy.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Ode, control, coupled, coupled_solution, distance, fixed, largest, through};
+use crate::common::{Ode, control, coupled, coupled_solution, distance, fixed, largest, through};
 use linkwork_integrate::{Integrator, METHODS, Memory, Method, System};
 use std::convert::Infallible;
 

@@ -1,6 +1,5 @@
 //! Dense output: ends to the bit, neighbours join, single lanes, projections, slopes.
-#![allow(clippy::unwrap_used)]
-mod common;
+use crate::common;
 use common::{Ode, coupled, coupled_solution, distance};
 use linkwork_integrate::{Failure, Integrator, METHODS, System};
 use std::convert::Infallible;

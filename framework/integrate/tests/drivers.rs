@@ -1,7 +1,5 @@
 //! What the drivers promise: cuts and rejections leave no trace, faults leave x as it was, refusals say what to do.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Ode, control, coupled, coupled_solution, through};
+use crate::common::{Ode, control, coupled, coupled_solution, through};
 use linkwork_integrate::{
     Control, Failure, Integrator, Limits, METHODS, Memory, Method, Norm, Setup, System, Tolerances,
 };

@@ -1,5 +1,4 @@
 //! Location of events: crossings, directions, double crossings, touches, arming, refusals.
-#![allow(clippy::unwrap_used)]
 use linkwork_integrate::events::{Direction, Found, Search, SearchError, Side, first_crossing};
 use std::convert::Infallible;
 

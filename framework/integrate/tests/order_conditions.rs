@@ -6,7 +6,6 @@
 //! ```
 //! Hairer, Nørsett, Wanner I, section II.2; for Rosenbrock methods II, section IV.7: a vertex with
 //! one branch has α + γ in place of a, others α.
-#![allow(clippy::unwrap_used)]
 use linkwork_integrate::{Explicit, METHODS, Method, Rosenbrock};
 
 /// A rooted tree: the trees on its root, by their place in the list.

@@ -1,7 +1,5 @@
 //! Foreign and analytic references: conserved energy, Arenstorf's orbit, stiff problems, another library.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Ode, control, distance, fixed, largest, through};
+use crate::common::{Ode, control, distance, fixed, largest, through};
 use linkwork_integrate::{
     At, Control, Integrator, Limits, METHODS, Memory, Method, Norm, System, Tolerances,
 };

@@ -1,5 +1,4 @@
 //! Modes of flexible bodies: generators against closed forms and tables, places, refusals.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_multibody::modes::{
     Attachment, Beam, BeamModes, Carrier, Ends, GeneratorFault, Modes, ModesFault, Plate, Station,

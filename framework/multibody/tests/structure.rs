@@ -1,5 +1,4 @@
 //! Structure: canonical order, queries, and what a faulty description is told.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
 use linkwork_multibody::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_multibody::{

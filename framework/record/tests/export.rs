@@ -1,5 +1,4 @@
 //! A log as a table: every number of the log at its instant, with the same bits, and nothing else.
-#![allow(clippy::unwrap_used)]
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_record::{
     End, ExportError, Log, LogError, LogSpec, export_parquet, read_log_contents,

@@ -1,8 +1,6 @@
 //! Logs under mutations, without the checksums that would find them out, and what fuzzing kept: rows are read or the log
 //! is refused, and nothing panics.
-#![allow(clippy::unwrap_used)]
-#[path = "../../../tests/fuzz/mutate.rs"]
-mod mutate;
+use crate::mutate;
 use linkwork_record::{export_parquet, read_log_contents};
 use mcap::records::{MessageHeader, Metadata};
 use std::borrow::Cow;

@@ -1,5 +1,4 @@
 //! Spheres, planes, cylinders and shadows against their closed forms; threads; what is refused.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
 use linkwork_render::collision::Shape;
 use linkwork_render::spatial::{Pose, Quat, Vec3, quat};

@@ -1,5 +1,4 @@
 //! Height maps against all their triangles, against the collision floor (parry), and against paths that are hard on grids.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
 use linkwork_render::collision::{Shape, Target};
 use linkwork_render::spatial::{Pose, Quat, Vec3};

@@ -1,5 +1,4 @@
 //! Lenses: projection and ray are inverses, the models agree where they must, and numbers that were computed elsewhere.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
 use linkwork_render::spatial::Vec3;
 use linkwork_render::{Brown, Cahv, Cahvor, Cahvore, Lens};

@@ -1,5 +1,4 @@
 //! Detectors, lidar and stereo: statistics of their noise, closed forms, what is refused.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
 use linkwork_render::collision::Shape;
 use linkwork_render::lidar::{Echo, Lidar, flash, middles, spinning};

@@ -1,5 +1,4 @@
 //! The pace of a run by a clock that the test moves: slow and fast, late wakings, overruns, pauses.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 use linkwork_runner::{Pace, Stop, SystemClock, WallClock};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};

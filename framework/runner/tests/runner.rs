@@ -1,5 +1,4 @@
 //! The loop: same bits in any pieces, the order of what is due at a tick, every way a run ends.
-#![allow(clippy::unwrap_used)]
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runner::*;
 use linkwork_runtime::*;

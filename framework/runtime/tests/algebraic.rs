@@ -1,7 +1,5 @@
 //! Loops of direct outputs: broken by a delay on a wire, or solved.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;

@@ -1,7 +1,5 @@
 //! Loops, couplings and contact inside a simulation: order, drift, same bits, mistakes.
-#![allow(clippy::unwrap_used, non_snake_case)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_collision::{ColliderSpec, Colliders, Material, Rules, Shape};
 use linkwork_multibody::{BodySpec, Builder, Coordinate, Hinge, LoopClosure, Multibody};
 use linkwork_runtime::*;

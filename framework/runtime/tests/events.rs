@@ -1,8 +1,6 @@
 //! Events: located where the guard is zero, one after another at one instant, without a trace of how the
 //! run was cut.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use std::sync::Arc;

@@ -1,7 +1,6 @@
 //! Fields: shared worlds that change. The field here is a row of cells with sand that walkers carry away; what is
 //! left slows them down.
-#![allow(clippy::unwrap_used)]
-mod common;
+use crate::common;
 use common::*;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;

@@ -1,7 +1,5 @@
 //! Damping, friction and stops of hinges: against closed forms, with and without contact, and warnings.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_collision::{Colliders, Rules};
 use linkwork_multibody::{BodySpec, Builder, Friction, Hinge, Limits, Stop};
 use linkwork_runtime::*;

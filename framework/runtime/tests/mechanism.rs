@@ -1,7 +1,5 @@
 //! The mechanism inside a simulation: order of the integrators, same bits, mistakes in bindings.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_multibody::{BodySpec, Builder, Coordinate, Hinge};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;

@@ -1,5 +1,4 @@
 //! The macros: lanes, parameters with units, and dependencies read from signatures.
-#![allow(clippy::unwrap_used)]
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{
     Catalogue, Description, Entry, Functions, Located, Origin, ReadCx, Services, Value,

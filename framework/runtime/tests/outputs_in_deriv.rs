@@ -1,5 +1,4 @@
 //! `deriv` that reads the model's own direct outputs: order of evaluation, order of the integrator, checkpoint.
-#![allow(clippy::unwrap_used)]
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{
     Catalogue, Description, Entry, Integrator, Located, Origin, PartSpec, PortRef, Seconds,

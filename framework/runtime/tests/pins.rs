@@ -1,7 +1,5 @@
 //! Pins: every reader sees them at every stage, they are part of the state, and what cannot be pinned is refused.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_runtime::*;
 use std::sync::Arc;
 

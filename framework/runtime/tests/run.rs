@@ -1,7 +1,5 @@
 //! Time is exact, bits do not depend on chunks, order or checkpoints; mistakes are reported together.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_runtime::*;
 
 /// Every container: sampled, continuous, hybrid rates, stores, noise, sums.

@@ -1,7 +1,5 @@
 //! Models whose ports follow from their parameters.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use std::sync::Arc;

@@ -1,7 +1,6 @@
 //! A part with a method of its own, written by a user: an oscillator that takes ten leapfrog steps from row to
 //! row, and counts them. `saves: 0` makes it one that cannot be saved.
-#![allow(clippy::unwrap_used)]
-mod common;
+use crate::common;
 use common::*;
 use linkwork_runtime::*;
 use std::any::Any;

@@ -1,7 +1,5 @@
 //! Taps: what a slow, a frozen, a failing consumer costs the run, and what a flush promises.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::*;
+use crate::common::*;
 use linkwork_runtime::*;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};

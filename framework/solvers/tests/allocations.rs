@@ -1,16 +1,13 @@
 //! Nothing is allocated while stepping: constrained accelerations, projections and contact after the
 //! first steps.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod scene;
-
+use crate::scene::{Scene, solid_box, turned};
 use allocation_counter::{AllocationInfo, measure};
 use linkwork_collision::{Material, Shape};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, LoopClosure, Multibody};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
-use scene::{Scene, solid_box, turned};
 
 fn none(what: &str, info: &AllocationInfo) {
     assert_eq!(info.count_total, 0, "{what}: {info:?}");

@@ -1,15 +1,12 @@
 //! Compliant contact: elastic bounces keep energy, damped ones lose it as Hunt and Crossley say,
 //! bristles hold what is parked and let slide what is pushed.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod scene;
-
+use crate::scene::{Run, Scene, solid_ball, solid_box, turned};
 use linkwork_collision::{Colliders, Material, Shape};
 use linkwork_dynamics::spatial::{Pose, Vec3};
 use linkwork_dynamics::{forward_dynamics_given_kinematics, kinematics};
 use linkwork_integrate::{Field, Integrator, Method};
 use linkwork_solvers::{CompliantContact, CompliantSettings};
-use scene::{Run, Scene, solid_ball, solid_box, turned};
 use std::sync::Arc;
 
 struct Smooth {

@@ -1,13 +1,10 @@
 //! The default tolerance of contact: what it leaves is small beside what the step leaves, on motions that slide,
 //! spin, roll and push, whose ends do not hang on the last digit.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod scene;
-
+use crate::scene::{Scene, solid_ball, solid_box};
 use linkwork_collision::{Material, Shape};
 use linkwork_dynamics::spatial::{Pose, Vec3};
 use linkwork_solvers::ContactSettings;
-use scene::{Scene, solid_ball, solid_box};
 
 fn rough(friction: f64) -> Material {
     Material { friction, restitution: 0.0 }

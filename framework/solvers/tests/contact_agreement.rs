@@ -1,10 +1,7 @@
 //! Contact solvers against each other and against energy: identity and conservation.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_solvers::contact::{Cone, Contact, Method, Settings};
-use support::*;
 
 /// Largest difference of velocities after, relative to the largest |b|.
 fn apart(case: &Case, x: &[[f64; 4]], y: &[[f64; 4]]) -> f64 {

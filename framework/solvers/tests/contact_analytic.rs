@@ -1,10 +1,7 @@
 //! Contact solvers against answers from mechanics, and against enumeration of all cases.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_solvers::contact::{Cone, Contact, Method, Settings};
-use support::*;
 
 const EXACT: [Method; 3] = [Method::Auto, Method::GaussSeidel, Method::Newton];
 

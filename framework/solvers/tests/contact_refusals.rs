@@ -1,10 +1,7 @@
 //! What the contact solvers refuse, and what they do with problems that have no solution.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_solvers::contact::*;
-use support::*;
 
 const METHODS: [Method; 4] = [Method::Auto, Method::GaussSeidel, Method::Newton, Method::Lemke];
 

@@ -1,12 +1,9 @@
 //! Non-smooth contact against what is known of it: stopping distances, bounces, stacks, cradles.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod scene;
-
+use crate::scene::{Scene, solid_ball, solid_box, turned};
 use linkwork_collision::{Material, Shape};
 use linkwork_dynamics::spatial::{Pose, Vec3};
 use linkwork_solvers::ContactSettings;
-use scene::{Scene, solid_ball, solid_box, turned};
 
 fn rough(friction: f64) -> Material {
     Material { friction, restitution: 0.0 }

@@ -1,10 +1,7 @@
 //! Closed loops through flexible bodies: what the solver says against node accelerations and against the plain tree with
 //! the constraint forces as wrenches; a truss of beams at rest.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-#[path = "../../dynamics/tests/support/mod.rs"]
-mod support;
-
+use crate::dynamics_support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::modes::{Attachment, Beam, BeamModes, Modes, Station};
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopRow,
@@ -16,7 +13,6 @@ use linkwork_dynamics::{
     Compliance, Tree, Workspace, forward_dynamics, forward_dynamics_given_kinematics, kinematics,
 };
 use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
-use support::{Rng, Shape, close, random_tree};
 
 fn modes(r: &mut Rng) -> Modes {
     let station = |r: &mut Rng| Station {

@@ -1,11 +1,8 @@
 //! The fully augmented solver beside every treatment of the constrained one: accelerations and
 //! constraint forces of random mechanisms.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod mechanisms;
-#[path = "../../dynamics/tests/support/mod.rs"]
-mod support;
-
+use crate::dynamics_support::{Rng, Shape, close, random_tree};
+use crate::mechanisms::{Case, SHAPES, case, driven};
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, ConstraintId, Coupling, Hinge, HingeCoordinate, LoopClosure, Multibody,
 };
@@ -14,8 +11,6 @@ use linkwork_dynamics::{Tree, Workspace, forward_dynamics, kinematics};
 use linkwork_solvers::{
     ConstrainedSolver, FullyAugmentedError, FullyAugmentedSolver, Report, Stabilisation, Treatment,
 };
-use mechanisms::{Case, SHAPES, case, driven};
-use support::{Rng, Shape, close, random_tree};
 
 /// Accelerations, prescribed forces, forces of constraints, report.
 type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Report);

@@ -1,15 +1,12 @@
 //! The IFToMM benchmark problems against closed forms, published values, independent equations and another
 //! program's results; over shorter times than the library's where those take long (the example `iftomm`
 //! runs the full ones).
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod benchmark_problems;
-
-use benchmark_problems::references::{
+use crate::benchmark_problems::references::{
     BRICARD, BRICARD_NORM, BRICARD_NORM_PUBLISHED, BRICARD_SURE, FOUR_BARS, FOUR_BARS_PUBLISHED,
     FOUR_BARS_STEPS, GOVERNOR, apart, limit,
 };
-use benchmark_problems::{
+use crate::benchmark_problems::{
     ANDREWS, ANDREWS_END, Run, With, a01, a02, a02_angle, a03, a04, a05, a05_symmetric,
     pendulum_angle,
 };

@@ -1,11 +1,8 @@
 //! Closed loops: every treatment against every other, against the balance of forces, against
 //! finite differences.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod mechanisms;
-#[path = "../../dynamics/tests/support/mod.rs"]
-mod support;
-
+use crate::dynamics_support::{Rng, close};
+use crate::mechanisms::{Case, SHAPES, case, looped};
 use linkwork_dynamics::multibody::{
     Anchor, BodySpec, Builder, ConstraintId, Coordinate, Coupling, Hinge, HingeCoordinate, Loop,
     LoopClosure, LoopMotion, LoopRow,
@@ -14,8 +11,6 @@ use linkwork_dynamics::spatial::{Force, Pose, Vec3};
 use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics};
 use linkwork_solvers::{ConstrainedSolver, Projector, Report, Treatment};
-use mechanisms::{Case, SHAPES, case, looped};
-use support::{Rng, close};
 
 /// Accelerations, prescribed forces, and the report.
 fn solve(

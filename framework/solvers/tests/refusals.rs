@@ -1,6 +1,5 @@
 //! Bad input to solvers of constrained motion: a typed error or a reported behaviour, never a panic or a
 //! silent NaN.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
 use linkwork_dynamics::multibody::{
     BodySpec, Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopMotion,

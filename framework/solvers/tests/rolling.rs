@@ -1,6 +1,5 @@
 //! Vehicles that roll: statics of a rocker-bogie against a published table, circles against closed forms, symmetry, edges of the
 //! ground, refusals.
-#![allow(clippy::unwrap_used)]
 
 use linkwork_dynamics::multibody::{
     BodyId, BodySpec, Builder, Coupling, Hinge, HingeCoordinate, Multibody, Term,

@@ -5,16 +5,12 @@
 //! wants 0.705 at the front, 0.746 in the middle and 0.904 at the rear for a rover whose mass is all in
 //! the chassis. Here bogie and wheels have some, and the wheel meets the face until its hub is as
 //! high as the edge, so the greatest value of the way counts.
-#![allow(clippy::unwrap_used, non_snake_case)]
 
-mod planar_rover;
-mod scene;
-
+use crate::planar_rover::{HUBS, PIVOT, R, Rover, V2, heights};
+use crate::scene::{Run, Scene, turned};
 use linkwork_collision::{ColliderSpec, Material, Shape};
 use linkwork_dynamics::multibody::{BodySpec, Hinge, SubhingeKind};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
-use planar_rover::{HUBS, PIVOT, R, Rover, V2, heights};
-use scene::{Run, Scene, turned};
 
 const NAMES: [&str; 3] = ["front", "middle", "rear"];
 const STEP: f64 = 0.3;

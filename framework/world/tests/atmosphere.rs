@@ -1,13 +1,10 @@
 //! Atmospheres: golden tables, hydrostatics, files, winds, gusts, refusals.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::atmosphere::*;
 use linkwork_world::planet::{Epoch, Geodetic};
 use linkwork_world::spatial::Vec3;
 use std::f64::consts::{FRAC_PI_2, PI};
-use support::*;
 
 /// EDL.md c and quick_golden.json, us76. These integrate with 20 m trapezoids, of which the one that begins at
 /// 100 km, where M steps from 28.96 to 28.01, counts half of the step twice: 5e-5 of density above. The same

@@ -1,13 +1,10 @@
 //! Shadow and pressure: golden numbers, edges, limits.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::eclipse::*;
 use linkwork_world::planet::AU;
 use linkwork_world::spatial::{Quat, Vec3};
 use std::f64::consts::PI;
-use support::*;
 
 const SUN: Vec3 = Vec3::new(149.6e9, 0.0, 0.0);
 const R: f64 = 6378137.0;

@@ -1,12 +1,9 @@
 //! Sun, Moon, planets: golden numbers, DE440, velocities, kernels.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::ephemeris::*;
 use linkwork_world::planet::{AU, Epoch, PointMotion};
 use linkwork_world::spatial::Vec3;
-use support::*;
 
 const ARCSEC: f64 = std::f64::consts::PI / 648_000.0;
 

@@ -1,11 +1,8 @@
 //! Sites on a turning planet, frames that move, frames of orbits.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::planet::*;
 use linkwork_world::spatial::{Mat3, Pose, Quat, Vec3};
-use support::*;
 
 fn matrix(R: &Quat) -> Mat3 {
     *R.to_rotation_matrix().matrix()

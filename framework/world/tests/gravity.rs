@@ -1,12 +1,9 @@
 //! Gravity: golden numbers, gradient of the potential, Laplace, poles, an independent evaluator,
 //! tides, third bodies.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::gravity::*;
 use linkwork_world::spatial::{Mat3, Quat, Vec3};
-use support::*;
 
 fn ggm03s(degree: usize) -> Option<Coefficients> {
     let text = reference("gravity/basilisk_GGM03S.txt")?;

@@ -1,11 +1,8 @@
 //! Coefficient files: what they hold, and what is said about wrong ones.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::gravity::*;
 use linkwork_world::spatial::Vec3;
-use support::*;
 
 fn fault(format: Format, text: &str) -> String {
     read(format, "field", text, Keep::All).unwrap_err().to_string()

@@ -1,12 +1,9 @@
 //! Magnetic field: golden numbers, dipole, no sources, refusals.
-#![allow(clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::magnetic::*;
 use linkwork_world::planet::{Ellipsoid, Epoch, Geodetic};
 use linkwork_world::spatial::Vec3;
-use support::*;
 
 /// North, east, down, nT.
 fn ned(epoch: &str, lat: f64, lon: f64, h: f64) -> Vec3 {

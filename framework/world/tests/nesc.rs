@@ -1,15 +1,12 @@
 //! NASA's check case 6 (NESC, TM-2015-218675): a sphere dropped from 30000 ft on a turning ellipsoid, with drag.
 //! Gravity, ellipsoid, rotation and US76 together against two of NASA's simulators.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::atmosphere::{Us76, mach};
 use linkwork_world::gravity::zonal;
 use linkwork_world::planet::rotation::FixedRate;
 use linkwork_world::planet::{Ellipsoid, PointMotion, Rotation};
 use linkwork_world::spatial::Vec3;
-use support::*;
 
 const FOOT: f64 = 0.3048;
 const SLUG: f64 = 14.593902937206364;

@@ -1,8 +1,6 @@
 //! A low orbit with all forces at once, against `flight/orbit_full_force.json`: what the parts give together.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::atmosphere::Exponential;
 use linkwork_world::eclipse::{cannonball, visible_fraction};
 use linkwork_world::ephemeris::{moon, sun};
@@ -11,7 +9,6 @@ use linkwork_world::planet::rotation::{Earth, EarthParameters, FixedRate};
 use linkwork_world::planet::{Epoch, Rotation};
 use linkwork_world::spatial::{Mat3, Vec3};
 use serde_json::Value;
-use support::*;
 
 struct Case {
     field: Harmonics,

@@ -1,15 +1,12 @@
 //! Ellipsoids, epochs, rotations, sites, orbital frames.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::planet::rotation::{
     Earth, EarthParameters, FixedRate, IauRotation, earth_rotation_angle, gcrs_to_itrs,
 };
 use linkwork_world::planet::*;
 use linkwork_world::spatial::{Mat3, Quat, Vec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use support::*;
 
 fn matrix(R: &Quat) -> Mat3 {
     *R.to_rotation_matrix().matrix()

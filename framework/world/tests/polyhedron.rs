@@ -1,13 +1,10 @@
 //! Polyhedra: golden numbers, gradients, far field, inside and outside, meshes that are none.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::gravity::point_mass;
 use linkwork_world::gravity::polyhedron::{Polyhedron, from_obj};
 use linkwork_world::spatial::Vec3;
 use std::f64::consts::PI;
-use support::*;
 
 const TETRAHEDRON: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
 

@@ -1,13 +1,10 @@
 //! Two bodies: foreign trajectories, elements, conservation; Clohessy–Wiltshire.
-#![allow(non_snake_case, clippy::unwrap_used)]
 
-mod support;
-
+use crate::support::*;
 use linkwork_world::orbit::*;
 use linkwork_world::planet::{OrbitalAxes, PointMotion, orbital_frame};
 use linkwork_world::spatial::Vec3;
 use std::f64::consts::{PI, TAU};
-use support::*;
 
 const MU: f64 = 3.986004418e14;
 

@@ -1,6 +1,5 @@
 //! Every mistake is refused before anything is written: with its place, both ends, and a remedy.
-#![allow(clippy::unwrap_used)]
-mod common;
+use crate::common;
 use common::{Lab, edited, names, sim};
 
 /// Runs an edited file: exit code 2, all of `wanted` said once each, nothing written.

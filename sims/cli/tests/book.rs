@@ -8,9 +8,7 @@
 //! | `text,output` | each line stands in what the last commands said, its words in order |
 //! | `rust`, `python` | run by `tests/book` and `sims/python/tests/test_readme.py` |
 //! | `text` | formulas |
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Lab, root};
+use crate::common::{Lab, root};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -1,7 +1,6 @@
 //! `linkwork campaign`: the same results however it was run, single runs again, bad files, failures with what they
 //! leave.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-mod common;
+use crate::common;
 use common::{BASE, Lab, edited, killed, kills, names, root, signal, wait_for};
 use std::path::Path;
 use std::time::Duration;

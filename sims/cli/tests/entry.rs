@@ -1,7 +1,5 @@
 //! The entry capsule through the command line: RK4 converges with its order.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Lab, sim};
+use crate::common::{Lab, sim};
 use linkwork_record::read_log;
 
 /// Position at 300 s with a given step.

@@ -1,7 +1,6 @@
 //! `linkwork fork`: what a checkpoint holds goes over by path; the log of a fork is simulated again bit for bit; what
 //! would be lost is refused.
-#![allow(clippy::unwrap_used)]
-mod common;
+use crate::common;
 use common::{BASE, Lab, edited, names};
 use linkwork_record::{Series, read_log};
 

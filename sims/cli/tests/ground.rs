@@ -1,8 +1,6 @@
 //! What parts show on the ground reaches the recording of a run and that of its log alike, and changes no bit of the run.
 #![cfg(feature = "viewer")]
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Lab, sim};
+use crate::common::{Lab, sim};
 use linkwork_record::{Entry, LogError, walk_log};
 use linkwork_runtime::OverlayValues;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,7 +1,5 @@
 //! Looking without running: the tree, the lists, the graphs, the checks, the help.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Lab, edited, root, sim};
+use crate::common::{Lab, edited, root, sim};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// `Rover/Hardware/Chassis` for every line of a drawn tree, with what stands behind the name.

@@ -1,6 +1,5 @@
 //! The live socket: what clients set is in the log and is simulated again bit for bit; bad clients change nothing.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-mod common;
+use crate::common;
 use common::{Lab, Said, edited, wait_for};
 use linkwork_live::{Amount, Ask, Client, ClientError, Said as Answer, Ticket, VERSION};
 use linkwork_record::read_log_contents;

@@ -1,7 +1,6 @@
 //! Rows of a log around events and on change: exactly those of the full log, bit for bit; the same however the run is
 //! cut; simulated again, compared, exported and viewed as those of any log.
-#![allow(clippy::unwrap_used)]
-mod common;
+use crate::common;
 use common::{Lab, Said};
 use linkwork_record::{End, Series, read_log, read_log_contents};
 use std::collections::BTreeMap;

@@ -1,7 +1,5 @@
 //! What `linkwork new` makes is whole; what cannot be made is refused.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Lab, Said, names, root};
+use crate::common::{Lab, Said, names, root};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -1,7 +1,6 @@
 //! `linkwork replay --verify`: what a run wrote is simulated again, bit for bit; one number that was changed is
 //! named with its tick.
-#![allow(clippy::unwrap_used)]
-mod common;
+use crate::common;
 use common::Lab;
 use linkwork_record::{Log, LogSpec, read_log_contents};
 use linkwork_runtime::{Consumer, Seconds, Simulation, Tap, TapRow};

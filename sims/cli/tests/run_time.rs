@@ -1,6 +1,5 @@
 //! What goes wrong during a run: runaway states, Ctrl-C, full disks. And the memory of long runs.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-mod common;
+use crate::common;
 use common::{Lab, Said, Small, edited, names, signal, wait_for};
 use linkwork_record::read_log;
 use std::process::Child;

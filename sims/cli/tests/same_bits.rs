@@ -1,6 +1,5 @@
 //! Same input, same bits: across processes, checkpoints, logs, folders and the order of a file.
-#![allow(clippy::unwrap_used)]
-mod common;
+use crate::common;
 use common::{BASE, Lab, edited, root, sim};
 use linkwork_record::read_log;
 use std::path::Path;

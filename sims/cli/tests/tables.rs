@@ -1,7 +1,5 @@
 //! Tables of a run: its log as Parquet, and where its time went.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{BASE, Lab, sim};
+use crate::common::{BASE, Lab, sim};
 
 #[test]
 fn a_log_becomes_a_table_or_says_why_not() {

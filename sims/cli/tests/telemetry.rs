@@ -1,8 +1,6 @@
 //! Telemetry of others in the viewer: a table by itself, and beside the log of a run, with the differences.
 #![cfg(feature = "viewer")]
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::{Lab, sim};
+use crate::common::{Lab, sim};
 use linkwork_viz::read_recording;
 use std::fmt::Write;
 

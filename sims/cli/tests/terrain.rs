@@ -1,7 +1,5 @@
 //! `linkwork terrain`: maps are made, shown, converted and resampled; what is none is refused with the remedy.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::Lab;
+use crate::common::Lab;
 
 const SMALL: [&str; 8] = [
     "--set",

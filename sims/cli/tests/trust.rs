@@ -1,13 +1,9 @@
 //! What a user must be able to trust: one run in a folder, exit codes that tell the truth, logs
 //! that are readable however a run ended, comparisons that never call a wreck equal.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-mod common;
-#[path = "../../../tests/common/splitmix.rs"]
-mod splitmix;
-use common::{BASE, Lab, Said, Small, edited, killed, kills, names, signal, sim, wait_for};
+use crate::common::{BASE, Lab, Said, Small, edited, killed, kills, names, signal, sim, wait_for};
+use crate::splitmix::splitmix;
 use linkwork_record::{End, read_log, read_log_contents};
 use linkwork_runtime::Checkpoint;
-use splitmix::splitmix;
 use std::fs::OpenOptions;
 use std::process::Stdio;
 use std::time::{Duration, Instant};

@@ -1,7 +1,6 @@
 //! The viewer from the command line: it never stops a run, and no file of the run is overwritten.
 #![cfg(feature = "viewer")]
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-mod common;
+use crate::common;
 use common::{BASE, Lab, Said, Small, edited, names, signal, wait_for};
 use linkwork_record::read_log_contents;
 use std::net::TcpListener;

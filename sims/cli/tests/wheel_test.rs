@@ -1,7 +1,5 @@
 //! `linkwork wheel-test`: the published table, files, and what is refused.
-#![allow(clippy::unwrap_used)]
-mod common;
-use common::Lab;
+use crate::common::Lab;
 
 const SMALL: [&str; 8] =
     ["--radius", "0.15 m", "--width", "10 cm", "--load", "100", "--gravity", "9.81"];

@@ -71,9 +71,46 @@ pub fn top_level<'a>(names: impl IntoIterator<Item = &'a str>, gitignore: &str) 
         .collect()
 }
 
+/// Files that no `mod` names, so that they are never compiled: of the tests of one crate (`main.rs` and what is beside and
+/// below it), each with its path from there.
+pub fn unnamed(files: &[(&str, &str)]) -> Vec<String> {
+    let text = |path: &str| files.iter().find(|(name, _)| *name == path).map_or("", |(_, t)| t);
+    let named = |path: &&str| {
+        let module = path.strip_suffix("/mod.rs").or(path.strip_suffix(".rs")).unwrap_or(path);
+        let (folder, name) = module.rsplit_once('/').unwrap_or(("", module));
+        let parent = if folder.is_empty() { "main.rs" } else { &format!("{folder}/mod.rs") };
+        text(parent).lines().any(|l| l == format!("mod {name};"))
+            || text("main.rs").contains(&format!("#[path = \"{path}\"]"))
+    };
+    let paths = files.iter().map(|(path, _)| *path);
+    paths
+        .filter(|path| path.ends_with(".rs") && *path != "main.rs")
+        .filter(|path| !named(path))
+        .map(|path| format!("{path}: no `mod` names it, so that it is never compiled"))
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn files_of_tests_that_nothing_names_are_found() {
+        let main = "mod here;\nmod folder;\n#[path = \"there/by_path.rs\"]\nmod by_path;\n";
+        let files = [
+            ("main.rs", main),
+            ("here.rs", ""),
+            ("lost.rs", "mod here;"),
+            ("folder/mod.rs", "mod inner;"),
+            ("folder/inner.rs", ""),
+            ("folder/lost.rs", ""),
+            ("there/by_path.rs", ""),
+            ("data.txt", ""),
+        ];
+        let found = unnamed(&files);
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(found[0].starts_with("lost.rs") && found[1].starts_with("folder/lost.rs"));
+    }
 
     #[test]
     fn each_rule_can_fail() {

@@ -1,5 +1,5 @@
 //! Bad units: refused at load with place, fact and remedy, or an orderly end of the run.
-use crate::support::{
+use super::support::{
     Bench, Model, TOKEN, binary, compiler, description, library, pack, platform, seconds,
 };
 

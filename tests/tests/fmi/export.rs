@@ -1,5 +1,5 @@
 //! Simulations as units: exported, imported again, equal to themselves.
-use crate::support::{Bench, Model, compiler, run};
+use super::support::{Bench, Model, compiler, run};
 use linkwork_fmi::{Export, export, find_library};
 use linkwork_runner::{Library, Ready};
 use linkwork_runtime::{Catalogue, Simulation};

@@ -1,5 +1,5 @@
 //! Units in forks, snapshots and checkpoints; units that cannot be copied.
-use crate::support::{Bench, Model, compiler, run, seconds};
+use super::support::{Bench, Model, compiler, run, seconds};
 use linkwork_runtime::{Checkpoint, Simulation, Snapshot};
 
 fn text(kind: &str, file: &str) -> String {

@@ -2,7 +2,7 @@
 #![allow(dead_code)]
 
 #[path = "../../../../tests/common/splitmix.rs"]
-mod splitmix;
+pub mod splitmix;
 use linkwork_dynamics::Tree;
 use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge, Multibody, SubhingeKind};
 use linkwork_dynamics::spatial::nalgebra::{DMatrix, DVector, Rotation3};

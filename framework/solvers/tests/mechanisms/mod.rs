@@ -1,7 +1,7 @@
 //! Random mechanisms with closed loops, and consistent states of them with forces.
 #![allow(dead_code)]
 
-use crate::support::{Rng, Shape, random_tree};
+use crate::dynamics_support::{Rng, Shape, random_tree};
 use linkwork_dynamics::multibody::{
     Builder, Coordinate, Coupling, Hinge, HingeCoordinate, LoopClosure, LoopMotion, Multibody,
     Subhinge, SubhingeKind, Term,

@@ -1,0 +1,22 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod bodies;
+mod builder;
+mod common;
+mod constraints;
+mod contact;
+mod damage;
+mod files;
+mod format;
+mod fuzz;
+mod groups;
+mod joints;
+mod load;
+mod machine;
+mod order;
+mod refusals;
+#[path = "../../../tests/common/splitmix.rs"]
+mod splitmix;
+mod stowed;
+mod variants;

@@ -1,0 +1,9 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(clippy::unwrap_used)]
+
+#[path = "../../assembly/tests/misfit/mod.rs"]
+mod misfit;
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
+mod mutations;
+mod schema;

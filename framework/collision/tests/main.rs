@@ -1,0 +1,11 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod discs;
+mod manifolds;
+mod pairs;
+mod pieces;
+mod probe;
+mod refusals;
+mod scenes;
+mod support;

@@ -1,0 +1,18 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod daveml;
+mod export;
+mod fuzz;
+mod heights;
+mod heights_damage;
+mod heights_written;
+mod mjcf;
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
+#[path = "support/raster.rs"]
+mod raster;
+mod robots;
+mod sdf;
+mod srdf;
+mod urdf;

@@ -1,0 +1,11 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(clippy::unwrap_used)]
+
+mod allocation;
+mod common;
+mod convergence;
+mod dense;
+mod drivers;
+mod events;
+mod order_conditions;
+mod references;

@@ -1,0 +1,5 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod modes;
+mod structure;

@@ -1,0 +1,7 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(clippy::unwrap_used)]
+
+mod export;
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
+mod mutations;

@@ -1,0 +1,20 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod algebraic;
+mod common;
+mod constraints;
+mod events;
+mod fields;
+mod joints;
+mod mechanism;
+mod model_macro;
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
+mod mutations;
+mod outputs_in_deriv;
+mod pins;
+mod run;
+mod sized;
+mod stepper;
+mod tap;

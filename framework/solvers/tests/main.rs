@@ -1,0 +1,25 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+// Benches take one or the other of the two `support`: each has its own random numbers.
+#![allow(clippy::duplicate_mod, non_snake_case, clippy::unwrap_used)]
+
+mod allocations;
+mod benchmark_problems;
+mod compliant;
+mod contact_accuracy;
+mod contact_agreement;
+mod contact_analytic;
+mod contact_refusals;
+mod contact_scenes;
+#[path = "../../dynamics/tests/support/mod.rs"]
+mod dynamics_support;
+mod flexible_loops;
+mod fully_augmented;
+mod iftomm;
+mod loops;
+mod mechanisms;
+mod planar_rover;
+mod refusals;
+mod rolling;
+mod scene;
+mod support;
+mod wheels_on_a_step;

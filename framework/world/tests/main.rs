@@ -1,0 +1,16 @@
+//! What the crate promises, seen from outside: one program, a module for each subject.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+mod atmosphere;
+mod eclipse;
+mod ephemeris;
+mod frames;
+mod gravity;
+mod gravity_files;
+mod magnetic;
+mod nesc;
+mod orbit;
+mod planet;
+mod polyhedron;
+mod support;
+mod two_body;

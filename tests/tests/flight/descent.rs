@@ -1,0 +1,525 @@
+//! Entry, parachute and powered descent beside what independent programs computed (DOP853 at 1e-12 relative; a conic solver).
+use linkwork_flight::guidance::convex::{Descent, Node, plan};
+use linkwork_flight::parachute::inflation::wrist_modes;
+use linkwork_spatial::nalgebra::{Matrix3, Quaternion, Rotation3, Vector3};
+use linkwork_spatial::{Quat, Vec3};
+use serde_json::Value;
+
+use crate::common;
+use common::{Worst, get, list, num, reference, rotation, row, seconds, vec3, velocity};
+
+fn pairs(x: &Value, y: &Value, scale: f64) -> String {
+    let rows = row(x).into_iter().zip(row(y));
+    format!("[{}]", rows.map(|(a, b)| list(&[a, b * scale])).collect::<Vec<_>>().join(", "))
+}
+
+/// Gravity and air of the Mars of the files; the table of the air is written into `folder`.
+fn mars(all: &Value, folder: &std::path::Path) -> String {
+    let p = &all["planet"];
+    let rows: Vec<Vec<f64>> =
+        all["atmosphere"]["table"].as_array().unwrap().iter().map(row).collect();
+    let mut table = String::from("HgtMOLA Denkgm3 Temp\n");
+    let mut winds = Vec::new();
+    for r in &rows {
+        table += &format!("{:?} {:?} {:?}\n", r[0] / 1000.0, r[1], r[2]);
+        winds.push(format!("(altitude: {:?}, east: {:?}, north: {:?})", r[0], r[3], r[4]));
+    }
+    let file = folder.join("mars.txt");
+    std::fs::write(&file, table).unwrap();
+    let (gm, radius, j2, omega) =
+        (num(&p["GM"]), num(&p["R_ref"]), num(&p["J2"]), num(&p["omega"]));
+    format!(
+        r#""Gravity": (model: "environment.zonal_gravity", params: {{ "mu": {gm:?}, "radius": {radius:?}, "j2": {j2:?} }}),
+        "Air": (model: "environment.mars_air", params: {{ "table": {:?}, "winds": [{}],
+            "planet": (body: "mars", turns: "fixed", rate: {omega:?}, radius: {radius:?}, flattening: 0) }}),"#,
+        file.display().to_string(),
+        winds.join(", ")
+    )
+}
+
+const TIGHT: &str = "step: \"250 ms\", integrator: \"dormand_prince_54\", accuracy: (relative: 1e-12, absolute: 1e-10), until: \"400 s\"";
+
+/// The entry of `mars_entry_3dof.json` with these settings.
+fn entry(all: &Value, folder: &std::path::Path, settings: &str) -> String {
+    let (input, aero, bank) = (&all["inputs"], &all["aero"], &all["bank"]);
+    let (radius, omega) = (num(&all["planet"]["R_ref"]), num(&all["planet"]["omega"]));
+    let place = row(&input["lat_lon_deg"]);
+    let [lat, lon] = [place[0].to_radians(), place[1].to_radians()];
+    let up = Vec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+    let east = Vec3::new(-lon.sin(), lon.cos(), 0.0);
+    let north = up.cross(&east);
+    let angle = |name: &str| num(&input[name]).to_radians();
+    let (fpa, azimuth) = (angle("fpa_deg"), angle("azimuth_deg"));
+    let r = up * (radius + num(&input["h0_m"]));
+    let along = (north * azimuth.cos() + east * azimuth.sin()) * fpa.cos() + up * fpa.sin();
+    let v = along * num(&input["V0_rel_ms"]) + (Vec3::z() * omega).cross(&r);
+    format!(
+        r#"Simulation(
+        bodies: {{ "capsule": (parent: "world", hinge: Free, mass: {:?}, inertia: [5000, 5000, 5000],
+            initial: (position: {}, velocity: {})) }},
+        parts: {{ {}
+            "Time": (model: "basics.ramp"),
+            "Bank": (model: "basics.lookup", params: {{ "table": {} }}),
+            "Aero": (model: "flight.entry_aerodynamics", params: {{ "area": {:?}, "nose_radius": 1.125,
+                "drag": {}, "lift_to_drag": {} }}, bind: {{ "body": "node:capsule" }}),
+        }},
+        wires: ["Time.y -> Bank.u", "Bank.y -> Aero.bank"], {settings})"#,
+        num(&input["mass"]),
+        list(r.as_slice()),
+        list(v.as_slice()),
+        mars(all, folder),
+        pairs(&bank["t_s"], &bank["bank_deg"], 1f64.to_radians()),
+        num(&input["S"]),
+        pairs(&aero["Mach"], &aero["CD"], 1.0),
+        pairs(&aero["Mach"], &aero["L_over_D"], 1.0),
+    )
+}
+
+#[test]
+fn mars_entry_with_three_degrees_of_freedom() {
+    let Some(all) = reference("mars_entry_3dof.json") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let (radius, omega) = (num(&all["planet"]["R_ref"]), num(&all["planet"]["omega"]));
+    let text = entry(&all, folder.path(), TIGHT);
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut height, mut across, mut speed, mut heat, mut mach] = [Worst(0.0); 5];
+    for want in all["rows"].as_array().unwrap().iter().map(row) {
+        let t = want[0];
+        sim.run_until(seconds(t)).unwrap();
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -omega * t);
+        let r_W = get(&sim, "capsule.position");
+        let r = turn * r_W;
+        let v = turn * (velocity(&sim, "capsule") - (Vec3::z() * omega).cross(&r_W));
+        height.take((r.norm() - radius - want[1]).abs());
+        let (lat, lon) = ((r.z / r.norm()).asin(), r.y.atan2(r.x));
+        across.take((lat - want[2].to_radians()).abs() * radius);
+        across.take((lon - want[3].to_radians()).abs() * radius);
+        speed.take((v.norm() - want[4]).abs());
+        mach.take((sim.get("Aero.mach").unwrap() - want[7]).abs());
+        heat.take((sim.get("Aero.heat_load").unwrap() / 1e4 - want[9]).abs());
+    }
+    // The file asks for 0.1 m and 1e-3 m/s, and is itself right to 6e-5 m.
+    height.below(2e-3, "3 dof, height, m");
+    across.below(2e-3, "3 dof, over the ground, m");
+    speed.below(1e-4, "3 dof, speed, m/s");
+    mach.below(1e-6, "3 dof, Mach number");
+    heat.below(1e-4, "3 dof, heat load, J/cm²");
+    // Faster than the last Mach number of the table at first: clamped, and told when it comes in.
+    assert_eq!(sim.get("Aero.outside").unwrap(), 1.0);
+}
+
+/// Rows of 1 s, as others step: tables, bank profile and winds have corners within them, at which the integrator of order 8
+/// is 2.8 mm off with the same accuracy.
+#[test]
+fn an_entry_in_steps_of_a_second_is_within_a_millimetre() {
+    let Some(all) = reference("mars_entry_3dof.json") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let fly = |settings: &str| {
+        let text = entry(&all, folder.path(), settings);
+        let mut sim = common::scene(&text, &[]).unwrap();
+        let places = (1..=30).map(|k| {
+            sim.run_until(seconds(10.0 * f64::from(k))).unwrap();
+            get(&sim, "capsule.position")
+        });
+        places.collect::<Vec<Vec3>>()
+    };
+    let converged = fly(TIGHT);
+    let own = fly(
+        r#"step: "1 s", integrator: "dormand_prince_54", accuracy: (relative: 1e-10, absolute: 1e-8), until: "400 s""#,
+    );
+    let mut worst = Worst(0.0);
+    own.iter().zip(&converged).for_each(|(a, b)| worst.take((a - b).norm()));
+    worst.below(1e-3, "steps of 1 s, from converged over 300 s, m");
+}
+
+#[test]
+fn mars_entry_with_six_degrees_of_freedom() {
+    let Some(all) = reference("mars_entry_6dof.json") else { return };
+    let (input, aero) = (&all["inputs"], &all["aero"]);
+    let folder = tempfile::tempdir().unwrap();
+    let rows: Vec<Vec<f64>> = all["rows"].as_array().unwrap().iter().map(row).collect();
+    let start = &rows[0];
+    let column = |name: &str| {
+        let all = row(&aero[name]);
+        format!("[{}]", all.iter().map(|x| list(&[*x])).collect::<Vec<_>>().join(", "))
+    };
+    let i: Vec<Vec<f64>> = input["I"].as_array().unwrap().iter().map(row).collect();
+    let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
+    let angles: Vec<f64> = row(&aero["alpha_total_deg"]).into_iter().map(f64::to_radians).collect();
+    let nose: Vec<f64> = row(&aero["cg_from_nose_body"]).into_iter().map(|x| -x).collect();
+    // Each pair of equal times is a jump.
+    let (times, torques) = (row(&all["roll_torque"]["t_s"]), row(&all["roll_torque"]["N_m"]));
+    let program: Vec<String> = (0..times.len() - 1)
+        .filter(|k| times[*k] < times[k + 1])
+        .map(|k| format!("(time: {:?}, moment: [{:?}, 0, 0])", times[k], torques[k]))
+        .collect();
+    let text = format!(
+        r#"Simulation(
+        bodies: {{ "capsule": (parent: "world", hinge: Free, mass: {:?}, inertia: {inertia},
+            initial: (position: {}, velocity: {}, rotation: (quat: {}), angular: {})) }},
+        parts: {{ {}
+            "Roll": (model: "flight.body_load", params: {{ "rows": [{}] }}, bind: {{ "body": "node:capsule" }}),
+            "Aero": (model: "flight.axisymmetric_aerodynamics", params: {{ "area": {:?}, "length": {:?},
+                "angles": {}, "axial": {}, "normal": {}, "pitch": {}, "reference": {},
+                "damping": [{:?}, {:?}, {:?}] }}, bind: {{ "body": "node:capsule" }}),
+        }}, {TIGHT})"#,
+        num(&input["mass"]),
+        list(&start[1..4]),
+        list(&start[4..7]),
+        list(&start[7..11]),
+        list(&start[11..14]),
+        mars(&all, folder.path()),
+        program.join(", "),
+        num(&input["S"]),
+        num(&input["D"]),
+        list(&angles),
+        column("CA"),
+        column("CN"),
+        column("Cm_nose"),
+        list(&nose),
+        num(&input["Clp"]),
+        num(&input["Cmq"]),
+        num(&input["Cmq"]),
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut r, mut v, mut q, mut w, mut alpha, mut g] = [Worst(0.0); 6];
+    let mass = num(&input["mass"]);
+    for want in &rows {
+        sim.run_until(seconds(want[0])).unwrap();
+        r.take((get(&sim, "capsule.position") - vec3(&want[1..])).norm());
+        v.take((velocity(&sim, "capsule") - vec3(&want[4..])).norm());
+        let turned = Quat::from_quaternion(Quaternion::new(want[10], want[7], want[8], want[9]));
+        q.take(rotation(&sim, "capsule").angle_to(&turned));
+        w.take((get(&sim, "capsule.angular") - vec3(&want[11..])).norm());
+        alpha.take((sim.get("Aero.alpha").unwrap().to_degrees() - want[17]).abs());
+        alpha.take((sim.get("Aero.beta").unwrap().to_degrees() - want[18]).abs());
+        let felt = sim.get("Aero.force").unwrap() / mass;
+        // The file divides by standard gravity.
+        g.take((felt / 9.80665 - want[19]).abs());
+    }
+    // The file asks for 0.05 m and 1e-4 of the quaternion.
+    r.below(1e-3, "6 dof, position, m");
+    v.below(1e-4, "6 dof, velocity, m/s");
+    q.below(1e-5, "6 dof, attitude, rad");
+    w.below(1e-5, "6 dof, rates, rad/s");
+    alpha.below(1e-3, "6 dof, angles of attack and sideslip, deg");
+    g.below(1e-5, "6 dof, deceleration, g");
+    // The reference point of a shell behind its nose, a centre of mass beside the axis.
+    assert!(Matrix3::from_fn(|a, b| i[a][b]).determinant() > 0.0);
+}
+
+#[test]
+fn a_parachute_opens_behind_a_payload() {
+    let Some(all) = reference("parachute_two_body.json") else { return };
+    let input = &all["inputs"];
+    let (load, chute, riser) = (&input["payload"], &input["chute"], &input["riser"]);
+    let rows: Vec<Vec<f64>> = all["rows"].as_array().unwrap().iter().map(row).collect();
+    let s = &rows[0];
+    let i: Vec<Vec<f64>> = load["I"].as_array().unwrap().iter().map(row).collect();
+    let inertia = list(&[i[0][0], i[1][1], i[2][2], i[0][1], i[0][2], i[1][2]]);
+    // One gas constant, so that the speed of sound is that of the file.
+    let sound = num(&input["sound"]);
+    let text = format!(
+        r#"Simulation(
+        bodies: {{
+            "payload": (parent: "world", hinge: Free, mass: {:?}, inertia: {inertia},
+                initial: (position: {}, velocity: {}, rotation: (quat: {}), angular: {}),
+                nodes: {{ "riser": (position: {}) }}),
+            "chute": (parent: "world", hinge: Free, mass: {:?}, inertia: [100, 100, 100],
+                initial: (position: {}, velocity: {})),
+        }},
+        parts: {{
+            "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, {:?}] }}),
+            "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "density": {:?},
+                "scale_height": {:?}, "temperature": 200, "heat_ratio": 1.25, "gas_constant": {:?}, "wind": {} }}),
+            "Drag": (model: "flight.drag", params: {{ "coefficient": {:?}, "area": 1, "heating_constant": 0 }},
+                bind: {{ "body": "node:payload" }}),
+            "Damping": (model: "flight.rate_damping", params: {{ "damping": {} }}, bind: {{ "body": "node:payload" }}),
+            "Riser": (model: "flight.line", params: {{ "length": {:?}, "stiffness": {:?}, "damping": {:?} }},
+                bind: {{ "a": "node:payload/riser", "b": "node:chute" }}),
+            "Canopy": (model: "flight.canopy", params: {{ "diameter": {:?}, "drag_coefficient": {:?}, "start": {:?},
+                "packed": {:?}, "filling_time": {:?}, "exponent": {:?}, "breathing": {:?},
+                "breathing_frequency": {:?}, "apparent": {:?} }}, bind: {{ "canopy": "node:chute" }}),
+        }},
+        step: "10 ms", integrator: "dormand_prince_54", accuracy: (relative: 1e-11, absolute: 1e-10), until: "60 s")"#,
+        num(&load["mass"]),
+        list(&s[1..4]),
+        list(&s[4..7]),
+        list(&s[7..11]),
+        list(&s[11..14]),
+        list(&row(&load["attach"])),
+        num(&chute["mass"]),
+        list(&s[14..17]),
+        list(&s[17..20]),
+        -num(&input["g"]),
+        num(&input["rho0"]),
+        num(&input["H"]),
+        sound * sound / (1.25 * 200.0),
+        list(&row(&input["wind_enu"])),
+        num(&load["CDS"]),
+        list(&row(&load["rot_damping"])),
+        num(&riser["L0"]),
+        num(&riser["k"]),
+        num(&riser["c"]),
+        num(&chute["D0"]),
+        num(&chute["CD0"]),
+        num(&chute["t0"]),
+        num(&chute["f_min"]),
+        num(&chute["tinf"]),
+        num(&chute["n"]),
+        num(&chute["osc_amp"]),
+        num(&chute["osc_Hz"]),
+        num(&chute["ka"]),
+    );
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let [mut r, mut v, mut q, mut w, mut extension] = [Worst(0.0); 5];
+    for want in &rows {
+        sim.run_until(seconds(want[0])).unwrap();
+        for (body, at) in [("payload", 1), ("chute", 14)] {
+            r.take((get(&sim, &format!("{body}.position")) - vec3(&want[at..])).norm());
+            v.take((velocity(&sim, body) - vec3(&want[at + 3..])).norm());
+        }
+        let turned = Quat::from_quaternion(Quaternion::new(want[10], want[7], want[8], want[9]));
+        q.take(rotation(&sim, "payload").angle_to(&turned));
+        w.take((get(&sim, "payload.angular") - vec3(&want[11..])).norm());
+        extension.take((sim.get("Riser.extension").unwrap() - want[20]).abs());
+    }
+    // The file asks for 0.02 m, and is itself right to 3e-5 m and 7e-5 m/s.
+    r.below(1e-3, "parachute, positions, m");
+    v.below(1e-3, "parachute, velocities, m/s");
+    q.below(1e-5, "parachute, attitude, rad");
+    w.below(1e-5, "parachute, rates, rad/s");
+    extension.below(1e-4, "parachute, length of the riser, m");
+    let changes = all["number_of_slack_taut_events"].as_f64().unwrap();
+    assert_eq!(sim.get("Riser.changes").unwrap(), changes);
+    let speed = velocity(&sim, "payload").norm() - num(&all["quasi_static_terminal_speed_at_end"]);
+    assert!(speed.abs() < 8.0, "{speed}");
+    // Times of the changes: the run stops after every event.
+    let mut sim = common::scene(&text, &[]).unwrap();
+    let mut found = Vec::new();
+    let mut changes = 0.0;
+    while sim.time() < 1.4 {
+        sim.step_event().unwrap();
+        let now = sim.get("Riser.changes").unwrap();
+        if now != changes {
+            found.push(sim.time());
+            changes = now;
+        }
+    }
+    let events = all["first_events"].as_array().unwrap();
+    assert_eq!(found.len(), events.len());
+    for (a, b) in found.iter().zip(events) {
+        assert!((a - num(&b[0])).abs() < 1e-6, "{found:?}");
+    }
+}
+
+/// The descent of `gfold_socp.json`.
+fn fuel_optimal(input: &Value) -> Descent {
+    let vector = |name: &str| vec3(&row(&input[name]));
+    let throttle = row(&input["throttle"]);
+    Descent {
+        gravity: vector("g"),
+        mass: num(&input["m0"]),
+        dry: num(&input["mdry"]),
+        specific_impulse: num(&input["Isp"]),
+        thrust: num(&input["Tmax"]),
+        throttle: [throttle[0], throttle[1]],
+        cant: num(&input["cant"]),
+        start: [vector("r0"), vector("v0")],
+        end: [vector("rT"), vector("vT")],
+        glide: num(&input["glide_deg"]).to_radians(),
+        pointing: std::f64::consts::PI,
+    }
+}
+
+/// Time (s), intervals and fuel (kg) of the same conic problem by ECOS 2.0 through CVXPY 1.9 at tolerances of 1e-10.
+const ECOS: [(f64, usize, f64); 4] = [
+    (39.0, 100, 221.90240852877832),
+    (60.0, 60, 266.72374608488485),
+    (90.0, 60, 352.7805425694885),
+    (39.0, 200, 221.8977061932842),
+];
+/// Positions (m) at nodes of the last of them.
+const ECOS_PLACES: [(usize, [f64; 3]); 3] = [
+    (50, [1459.7604105064322, 432.66847695057123, 955.3488037439333]),
+    (100, [787.7548449139636, 265.75559533474376, 477.2530171827676]),
+    (150, [223.07167888770948, 84.36319293525438, 105.07908076783896]),
+];
+
+/// Every constraint of the file's formulation, at every node.
+fn keeps_its_constraints(d: &Descent, p: &[Node]) {
+    let flow = 1.0 / (d.specific_impulse * 9.80665 * d.cant.cos());
+    let [low, high] = d.throttle.map(|t| t * d.thrust * d.cant.cos());
+    for n in p {
+        let (s, z0) = (n.thrust.norm() + n.gap, d.mass - flow * high * n.time);
+        let below = (n.mass / z0).ln();
+        let least = low / z0 * (1.0 - below + 0.5 * below * below);
+        assert!(n.gap > -1e-7 && s > least - 1e-7 && s < high / z0 * (1.0 - below) + 1e-7, "{n:?}");
+        let most = d.mass - flow * low * n.time;
+        assert!(n.mass > z0 - 1e-4 && n.mass < most + 1e-4 && n.mass >= d.dry, "{n:?}");
+        let goal = n.position - d.end[0];
+        assert!(goal.z > goal.x.hypot(goal.y) * d.glide.tan() - 1e-3, "{n:?}");
+    }
+    for w in p.windows(2) {
+        let (a, b, h) = (&w[0], &w[1], w[1].time - w[0].time);
+        let v = a.velocity + (a.thrust + b.thrust) * (0.5 * h) + d.gravity * h;
+        let turned = a.thrust / 3.0 + b.thrust / 6.0 + d.gravity / 2.0;
+        let r = a.position + a.velocity * h + turned * (h * h);
+        let s = a.thrust.norm() + a.gap + b.thrust.norm() + b.gap;
+        assert!((v - b.velocity).norm() < 1e-6 && (r - b.position).norm() < 1e-5, "{b:?}");
+        assert!(((a.mass / b.mass).ln() - 0.5 * h * flow * s).abs() < 1e-8, "{b:?}");
+    }
+    for (n, [place, rate]) in [(&p[0], d.start), (&p[p.len() - 1], d.end)] {
+        assert!((n.position - place).norm() < 1e-5 && (n.velocity - rate).norm() < 1e-6, "{n:?}");
+    }
+}
+
+/// The file's solver left a gap ‖u‖ < s of up to 5e-3 m/s², which costs propellant: 0.04 kg around the best time, where the
+/// file asks for 0.1 kg, and 0.66 kg of 267 far from it. Ours is never above it and keeps every constraint, and a third
+/// solver finds ours.
+#[test]
+fn fuel_optimal_powered_descent() {
+    let Some(all) = reference("gfold_socp.json") else { return };
+    let d = fuel_optimal(&all["inputs"]);
+    let planned = |time: f64, nodes: usize| {
+        let p = plan(&d, time, nodes).unwrap();
+        keeps_its_constraints(&d, &p);
+        (d.mass - p[nodes].mass, p)
+    };
+    let [mut near, mut above, mut far, mut third] = [Worst(0.0); 4];
+    for want in all["fine_N100"].as_array().unwrap().iter().map(row) {
+        let (fuel, _) = planned(want[0], 100);
+        near.take((fuel - want[1]).abs());
+        above.take((fuel - want[1]).max(0.0));
+    }
+    for want in all["coarse"].as_array().unwrap().iter().map(row) {
+        let (fuel, _) = planned(want[0], 60);
+        far.take((fuel - want[1]).abs());
+        above.take((fuel - want[1]).max(0.0));
+    }
+    near.below(0.1, "fuel within 5 s of the best time, kg");
+    far.below(0.7, "fuel at other times, kg");
+    above.below(1e-4, "fuel above that of the file, kg");
+    for (time, nodes, want) in ECOS {
+        third.take((planned(time, nodes).0 - want).abs());
+    }
+    third.below(1e-4, "fuel beside ECOS, kg");
+
+    // At whole seconds the best time is the file's.
+    let best = num(&all["best_tf_at_1s"]);
+    let fuel = |time: f64| planned(time, 100).0;
+    assert!(fuel(best) < fuel(best - 1.0) && fuel(best) < fuel(best + 1.0));
+    let (fuel, p) = planned(best, 200);
+    Worst((fuel - num(&all["fuel_N200"])).abs()).below(0.1, "fuel of 200 intervals, kg");
+    let [mut beside, mut masses, mut third] = [Worst(0.0); 3];
+    let rows: Vec<Vec<f64>> = all["nodes_N200"].as_array().unwrap().iter().map(row).collect();
+    for want in &rows {
+        let n = &p[(want[0] / best * 200.0).round() as usize];
+        beside.take((n.position - vec3(&want[1..4])).norm());
+        masses.take((n.mass - want[10]).abs());
+    }
+    // The optimum is flat: 0.01 kg are 4.5 m in the middle.
+    beside.below(5.0, "position beside the file's, m");
+    masses.below(0.4, "mass beside the file's, kg");
+    for (k, want) in ECOS_PLACES {
+        third.take((p[k].position - Vec3::from(want)).norm());
+    }
+    third.below(0.5, "position beside ECOS, m");
+}
+
+/// The two modes in which a payload swings under a canopy that stands: EDL.md e, `inflation::wrist_modes`. The simulation is
+/// begun in each mode alone; small as it is (1e-4 rad), it comes back after the period of the closed form.
+#[test]
+fn a_payload_on_a_riser_swings_in_its_two_modes() {
+    let (mass, inertia, arm, length, gravity, stiffness) = (2850.0, 4600.0, 1.6, 50.0, 3.71, 1e6);
+    let tension = mass * gravity;
+    let slack = length - tension / stiffness;
+    for omega in wrist_modes(tension, length, mass, inertia, arm) {
+        // −m ω² y = −T (y + a θ)/l
+        let theta = 1e-4;
+        let y = -(tension * arm / length) / (tension / length - mass * omega * omega) * theta;
+        let half = 0.5 * theta;
+        let text = format!(
+            r#"Simulation(
+    bodies: {{
+        "canopy": (parent: "world", nodes: {{ "hook": (position: [0, 0, {top:?}]) }}),
+        "payload": (
+            parent: "world", hinge: Free, mass: {mass}, inertia: [{inertia}, {inertia}, 5000],
+            initial: (position: [{y:?}, 0, 0], rotation: (quat: [0, {sine:?}, 0, {cosine:?}])),
+            nodes: {{ "bridle": (position: [0, 0, {arm}]) }},
+        ),
+    }},
+    parts: {{
+        "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -{gravity}] }}),
+        "Line": (
+            model: "flight.line", params: {{ "length": {slack:?}, "stiffness": {stiffness:?}, "taut": true }},
+            bind: {{ "a": "node:canopy/hook", "b": "node:payload/bridle" }},
+        ),
+    }},
+    step: "5 ms", until: "1000 s", integrator: "rk4",
+)"#,
+            top = arm + length,
+            sine = half.sin(),
+            cosine = half.cos(),
+        );
+        let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let period = std::f64::consts::TAU / omega;
+        let mut at = |t: f64| {
+            sim.run_until(seconds((t * 1e3).round() * 1e-3)).unwrap();
+            let c = (omega * sim.time()).cos();
+            let lean = 2.0 * rotation(&sim, "payload").j;
+            let place = get(&sim, "payload.position").x;
+            // Measured: 6e-8 of the amplitudes.
+            let off = ((lean - theta * c) / theta).abs().max(((place - y * c) / y).abs());
+            assert!(off < 2e-7 && lean.is_finite() && place.is_finite(), "{omega} at {t}: {off}");
+        };
+        for k in 1..=8 {
+            at(0.25 * f64::from(k) * period);
+        }
+    }
+}
+
+/// `flight.convex_descent` in a simulation of Mars that turns, W the place of the landing: the plan is of flat ground and uniform
+/// gravity, the feedback takes the rest, and another instance goes on from the middle to the same bits.
+#[test]
+fn a_convex_plan_is_flown_over_a_planet_that_turns() {
+    let text = r#"Simulation(
+    bodies: { "lander": (
+        parent: "world", hinge: Free, mass: 1505, inertia: [1500, 1500, 1800],
+        initial: (position: [2000, 450, 1500], velocity: [-40, 12, -65]),
+    ) },
+    parts: {
+        "Gravity": (model: "environment.point_mass_gravity", params: { "mu": 4.2828e13, "planet": (body: "mars", turns: "fixed", site: (latitude: "20 deg", longitude: "77 deg", height: -2500)) }),
+        "Tank": (model: "flight.propellant_tank", params: { "propellant": 400, "radius": "10 um", "density": 1e20 }, bind: { "bottom": "node:lander" }),
+        "Mass": (model: "basics.gain", params: { "k": 1, "offset": 1505 }),
+        "Guidance": (
+            model: "flight.convex_descent", rate: "10 Hz", bind: { "body": "node:lander" },
+            params: { "dry": 1505, "specific_impulse": 225, "thrust": 18600, "throttle": [0.2, 0.9], "glide": "15 deg", "velocity": [0, 0, -0.5], "times": [30, 70], "nodes": 30 },
+        ),
+        "Engine": (model: "flight.vector_thrust", params: { "specific_impulse": 225, "lag": "50 ms" }, bind: { "body": "node:lander" }),
+    },
+    wires: [
+        "Tank.propellant -> Mass.u", "Mass.y -> Guidance.mass", "Guidance.force -> Engine.command",
+        "Engine.flow -> Tank.flow", "Tank.supplies -> Engine.supply",
+    ],
+    step: "20 ms", until: "80 s", integrator: "rk4",
+)"#;
+    let scene = || common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut sim = scene();
+    sim.run_until(seconds(0.2)).unwrap();
+    assert!(sim.get("Guidance.planned").unwrap() > 0.5);
+    sim.run_until(seconds(20.0)).unwrap();
+    assert!(sim.get("Guidance.off").unwrap() < 3.0, "{}", sim.get("Guidance.off").unwrap());
+    let mut other = scene();
+    other.restore(&sim.checkpoint("").unwrap()).unwrap();
+    for sim in [&mut sim, &mut other] {
+        while sim.get("Guidance.to_go").unwrap() > 0.02 {
+            let t = sim.time() + 0.1;
+            sim.run_until(seconds((t * 10.0).round() / 10.0)).unwrap();
+        }
+    }
+    assert_eq!(sim.hash(), other.hash());
+    let (place, speed) = (get(&sim, "lander.position"), velocity(&sim, "lander"));
+    // Measured: 9 cm, 0.28 m/s, of which most is the second of held force.
+    assert!(place.norm() < 0.3 && (speed + Vec3::z() * 0.5).norm() < 0.5, "{place} {speed}");
+}

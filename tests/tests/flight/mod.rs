@@ -1,0 +1,17 @@
+//! Flight: orbits, entries, landings, ascents and rendezvous beside what independent programs computed.
+
+mod ascent;
+mod asteroid;
+mod balloon;
+mod check_cases;
+mod descent;
+mod entry;
+mod lunar_landing;
+mod missions;
+mod orders;
+mod rendezvous;
+mod site;
+mod site_spacecraft;
+mod spacecraft;
+mod thrusters;
+mod trajectories;

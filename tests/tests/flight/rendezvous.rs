@@ -1,0 +1,123 @@
+//! Two craft in one orbit: `sims/formation` and `sims/docking`.
+use linkwork_runtime::Simulation;
+use linkwork_spatial::Vec3;
+use linkwork_world::orbit::propagate;
+use linkwork_world::planet::PointMotion;
+
+use crate::common::{get, repository, rotation, seconds, velocity};
+
+/// Of the Earth, m³/s², as the files have it.
+const MU: f64 = 3.986_004_418e14;
+
+/// Position and velocity of a craft from another, in the other's axes: radial, along the motion, normal.
+fn beside(sim: &Simulation, chief: &str, deputy: &str) -> (Vec3, Vec3) {
+    let place = |body: &str| get(sim, &format!("{body}.position"));
+    let (r, v) = (place(chief), velocity(sim, chief));
+    let (x, z) = (r.normalize(), r.cross(&v).normalize());
+    let y = z.cross(&x);
+    let n = r.cross(&v).norm() / r.norm_squared();
+    let along = |w: Vec3| Vec3::new(x.dot(&w), y.dot(&w), z.dot(&w));
+    let p = along(place(deputy) - r);
+    (p, along(velocity(sim, deputy) - v) - Vec3::z().cross(&p) * n)
+}
+
+#[test]
+fn a_deputy_comes_to_its_place_and_is_held_there() {
+    let mut sim = repository("formation/sim.ron", &[]).unwrap();
+    let (start, drift) = beside(&sim, "chief", "deputy");
+    // As the file says in words: 200 m above, 1500 m behind, 80 m to the side.
+    assert!((start - Vec3::new(200.0, -1500.0, 80.0)).norm() < 1e-6, "{start}");
+    assert!((drift - Vec3::new(0.15, -0.5, -0.1)).norm() < 1e-6, "{drift}");
+    sim.run_until(seconds(1944.0)).unwrap();
+    let place = Vec3::new(0.0, -300.0, 0.0);
+    let taken = sim.get("Transfer.dv").unwrap();
+    let (there, _) = beside(&sim, "chief", "deputy");
+    println!("{} m off, {taken} m/s", (there - place).norm());
+    // Nothing is done in the last minute, and nothing under 2 cm/s.
+    assert!((there - place).norm() < 0.15 && (taken - 1.040).abs() < 2e-3, "{there} {taken}");
+    sim.run_until(seconds(6000.0)).unwrap();
+    let spent = sim.get("Spent.y").unwrap();
+    let mut worst = 0.0_f64;
+    while sim.before(seconds(12_000.0)) {
+        sim.step_event().unwrap();
+        let (r, _) = beside(&sim, "chief", "deputy");
+        let off = (r - place).norm();
+        worst = if off <= worst { worst } else { off };
+    }
+    let (first, then) = (spent, sim.get("Spent.y").unwrap() - spent);
+    println!("held within {worst} m, {first} m/s for the arrival, {then} m/s for 6000 s");
+    assert!((worst - 0.095).abs() < 5e-3, "{worst}");
+    assert!((first - 1.295).abs() < 2e-3 && (then - 7.8e-3).abs() < 2e-4, "{first} {then}");
+}
+
+#[test]
+fn a_chaser_is_captured_and_what_it_brings_is_booked() {
+    let mut sim = repository("docking/sim.ron", &[]).unwrap();
+    let contact = Vec3::new(0.0, -2.5, 0.0);
+    let (start, drift) = beside(&sim, "target", "chaser");
+    assert!((start + Vec3::y() * 150.0).norm() < 1e-6 && drift.norm() < 1e-9, "{start} {drift}");
+    let (mut before, mut turned, mut spent) = (None, 0.0_f64, (0.0, 0.0));
+    while sim.phase() == "approach" {
+        let place = get(&sim, "target.position");
+        let falls = PointMotion { position: place, velocity: velocity(&sim, "target") };
+        spent = (sim.get("Spent.y").unwrap(), sim.get("Guidance.across").unwrap());
+        before = Some((sim.time(), beside(&sim, "target", "chaser"), falls));
+        sim.step_event().unwrap();
+        if let Ok(e) = sim.get("Pointing.error") {
+            turned = turned.max(e);
+        }
+    }
+    let t = sim.time();
+    // From 0.8 m/s at 75 m on: ρ = (ρ₁ + v/k) e^(−kt) − v/k, to 1 cm.
+    let down = ((75.0_f64 + 5.0) / (0.01 + 5.0)).ln() / 0.01;
+    // Before, 72.5 m at 0.8 m/s, and the start: 30 s with 10 N, 9 m, and the last 0.2 m/s with a time constant of 10 s.
+    let before_slope = 30.0 + (72.5 - 9.0 + 0.2 * 10.0) / 0.8;
+    println!("captured at {t} s; {before_slope} s and {down} s by the closed form");
+    assert!((t - before_slope - down).abs() < 0.5);
+    assert!(sim.phase() == "captured" && (t - 389.2).abs() < 0.05);
+    // The jets hold its attitude, in pulses of 1 N s.
+    println!("{spent:?} m/s spent, across");
+    assert!((spent.0 - 2.0).abs() < 0.1 && spent.1 < 0.01, "{spent:?}");
+    println!("turned by {} deg at most", turned.to_degrees());
+    assert!(turned > 1e-3 && turned < 1f64.to_radians(), "{turned}");
+    let (row, (r, v), before_target) = before.unwrap();
+    assert!((r - contact).norm() < 0.1 && (v - Vec3::y() * 0.05).norm() < 2e-3, "{r} {v}");
+    // The target falls freely to the capture; what it gains there is its share of the impact.
+    let fallen = propagate(MU, &before_target, t - row).unwrap().velocity;
+    let jump = velocity(&sim, "target") - fallen;
+    let (brought, met) = (500.0, 2000.0);
+    let wanted = v.norm() * brought / (met + brought);
+    let ahead = rotation(&sim, "target") * v.normalize();
+    println!("the target gains {} m/s, its share is {wanted} m/s", jump.norm());
+    // Between the last row and the capture a jet may give a pulse of 2 mm/s more.
+    assert!((jump - ahead * wanted).norm() < 0.05 * wanted, "{jump} {ahead}");
+    let report = sim.take_moves();
+    assert!(report.iter().any(|(_, _, r)| r.notes.iter().any(|n| n.contains("momentum"))));
+    let held = get(&sim, "chaser.position");
+    sim.run_until(seconds(1200.0)).unwrap();
+    assert!(
+        (get(&sim, "chaser.position") - held).norm() < 1e-9 && (held - contact).norm() < 0.0101
+    );
+    assert!(rotation(&sim, "chaser").angle() < 1f64.to_radians());
+}
+
+#[test]
+fn too_fast_near_the_target_it_backs_away() {
+    let mut sim = repository("docking/sim.ron", &["slope=0.05"]).unwrap();
+    while sim.phase() == "approach" {
+        sim.step_event().unwrap();
+    }
+    let t = sim.time();
+    assert_eq!(sim.phase(), "abort");
+    assert!((beside(&sim, "target", "chaser").0.norm() - 22.5).abs() < 0.01);
+    let mut nearest = f64::INFINITY;
+    while sim.before(seconds(1200.0)) {
+        sim.step_event().unwrap();
+        nearest = nearest.min(beside(&sim, "target", "chaser").0.norm());
+    }
+    let (end, rest) = beside(&sim, "target", "chaser");
+    println!("abort at {t} s, nearest {nearest} m, at the end {end}");
+    assert!((t - 180.83).abs() < 0.05 && (nearest - 6.17).abs() < 0.05);
+    // Single pulses of 2 mm/s hold it there.
+    assert!((end + Vec3::y() * 200.0).norm() < 0.05 && rest.norm() < 4e-3, "{end} {rest}");
+}

@@ -1,0 +1,225 @@
+//! Foreign units, both versions and both kinds, compiled from C here: equal to the native model,
+//! cut anywhere without a trace, refused in words when they are bad.
+mod bad;
+mod export;
+mod saves;
+mod support;
+
+use support::{Bench, Model, compiler, run};
+
+const VERSIONS: [u8; 2] = [2, 3];
+
+/// The spring from parts of `basics`, with the force of `Force`, and the unit beside it.
+fn spring(unit: &str, step: &str, wires: &str) -> String {
+    format!(
+        r#"Simulation(
+    parts: {{
+        "Force": (model: "basics.sine", params: {{ "amplitude": 2.0, "frequency": "0.8 Hz" }}),
+        "Rate": (model: "basics.integrator"),
+        "Place": (model: "basics.integrator", params: {{ "start": 1.0 }}),
+        "Stiffness": (model: "basics.gain", params: {{ "k": -4.0 }}),
+        "Damping": (model: "basics.gain", params: {{ "k": -0.4 }}),
+        "Pull": (model: "basics.sum"),
+        "Half": (model: "basics.gain", params: {{ "k": 0.5 }}),
+        "Spring": ({unit}),
+    }},
+    wires: [
+        "Force.y -> Pull.u", "Stiffness.y -> Pull.u", "Damping.y -> Pull.u",
+        "Place.y -> Stiffness.u", "Rate.y -> Damping.u", "Rate.y -> Place.u",
+        "Pull.y -> Half.u", "Half.y -> Rate.u", {wires}
+    ],
+    step: "{step}", integrator: "rk4", until: "10 s",
+)"#
+    )
+}
+
+/// As equations a unit is part of the whole: the same method in the same steps gives the native
+/// model but for the rounding of sums in another order.
+#[test]
+fn a_spring_as_equations_is_the_native_spring() {
+    if !compiler() {
+        return;
+    }
+    for version in VERSIONS {
+        let bench = Bench::new();
+        bench.unit("spring.fmu", version, Model::Spring, |t| t);
+        let unit = r#"model: "fmi.model_exchange", params: { "file": "spring.fmu", "start": { "mass": "2 kg" } }"#;
+        let wires = r#""Force.y -> Spring.force""#;
+        let mut sim = bench.sim(&spring(unit, "2 ms", wires)).unwrap();
+        let mut worst = 0.0f64;
+        for k in 1..=100 {
+            run(&mut sim, 0.02 * f64::from(k));
+            for (own, native) in
+                [("Spring.x", "Place.y"), ("Spring.v", "Rate.y"), ("Spring.spring_a", "Half.y")]
+            {
+                let error = (sim.get(own).unwrap() - sim.get(native).unwrap()).abs();
+                worst = if error.is_nan() { error } else { worst.max(error) };
+            }
+        }
+        // Measured 1e-15.
+        println!("FMI {version}: {worst:e}");
+        assert!(worst < 1e-14, "{worst}");
+        assert_eq!(sim.variable("Spring.x").unwrap().unit, "m");
+        assert_eq!(sim.variable("Spring.spring_a").unwrap().unit, "m s^-2");
+        assert_eq!(sim.get("Spring.state.x").unwrap(), sim.get("Spring.x").unwrap());
+    }
+}
+
+/// A unit with a solver of its own sees its input held over a communication step: the error is of
+/// first order in it.
+#[test]
+fn co_simulation_comes_nearer_with_the_communication_step() {
+    if !compiler() {
+        return;
+    }
+    for version in VERSIONS {
+        let bench = Bench::new();
+        bench.unit("spring.fmu", version, Model::Spring, |t| t);
+        let error = |step: &str| {
+            let unit = format!(
+                r#"model: "fmi.co_simulation", rate: "{step}", params: {{ "file": "spring.fmu", "start": {{ "mass": 2.0 }} }}"#
+            );
+            let wires = r#""Force.y -> Spring.force""#;
+            let mut sim = bench.sim(&spring(&unit, "1 ms", wires)).unwrap();
+            (1..=50).fold(0.0f64, |worst, k| {
+                run(&mut sim, f64::from(40 * k) / 1000.0);
+                let error = sim.get("Spring.x").unwrap() - sim.get("Place.y").unwrap();
+                if error.is_nan() { error } else { worst.max(error.abs()) }
+            })
+        };
+        let errors = ["40 ms", "20 ms", "10 ms", "5 ms"].map(error);
+        println!("FMI {version}: {errors:?}");
+        for pair in errors.windows(2) {
+            let ratio = pair[0] / pair[1];
+            assert!((ratio - 2.0).abs() < 0.1, "{errors:?}");
+        }
+        assert!(errors[3] < 1e-3, "{errors:?}");
+        // Without inputs only the unit's own solver is left: fourth order with 10 ms / 4.
+        let alone =
+            r#"model: "fmi.co_simulation", rate: "10 ms", params: { "file": "spring.fmu" }"#;
+        let mut sim = bench.sim(&spring(alone, "10 ms", "")).unwrap();
+        run(&mut sim, 2.0);
+        let (zeta, t) = (0.2f64, 2.0f64);
+        let w = (4.0 - zeta * zeta).sqrt();
+        let exact = (-zeta * t).exp() * ((w * t).cos() + zeta / w * (w * t).sin());
+        let x = sim.get("Spring.x").unwrap();
+        assert!((x - exact).abs() < 1e-10, "{x} {exact}");
+    }
+}
+
+fn ball(unit: &str, more: &str) -> String {
+    format!(
+        r#"Simulation(
+    parts: {{
+        "Native": (model: "basics.bouncing_ball", params: {{ "height": "1 m", "restitution": 0.8, "gravity": 9.81 }}),
+        "Ball": ({unit}),
+        {more}
+    }},
+    step: "50 ms", integrator: "dormand_prince_54", until: "10 s",
+)"#
+    )
+}
+
+/// Impacts are the unit's event indicator, located like those of the native ball; a lamp goes on at a
+/// time event between two rows.
+#[test]
+fn a_ball_bounces_like_the_native_one() {
+    if !compiler() {
+        return;
+    }
+    for version in VERSIONS {
+        let bench = Bench::new();
+        bench.unit("ball.fmu", version, Model::Ball, |t| t);
+        let text = ball(
+            r#"model: "fmi.model_exchange", params: { "file": "ball.fmu", "start": { "on_at": "0.26 s" } }"#,
+            "",
+        );
+        let mut sim = bench.sim(&text).unwrap();
+        let (mut worst, mut lamp) = (0.0f64, None);
+        while sim.time() < 2.0 {
+            sim.step_event().unwrap();
+            if sim.get("Ball.lamp").unwrap() > 0.5 && lamp.is_none() {
+                lamp = Some(sim.time());
+            }
+            let error = (sim.get("Ball.h").unwrap() - sim.get("Native.height").unwrap()).abs();
+            worst = if error.is_nan() { error } else { worst.max(error) };
+        }
+        println!("FMI {version}: {worst:e}, lamp at {lamp:?}");
+        assert_eq!(sim.get("Ball.n").unwrap(), sim.get("Native.impacts").unwrap());
+        assert!(sim.get("Ball.n").unwrap() >= 3.0);
+        // Located to 1 ps at 4.4 m/s.
+        assert!(worst < 1e-10, "{worst}");
+        assert!((lamp.unwrap() - 0.26).abs() < 1e-11, "{lamp:?}");
+
+        // With its own solver: the same at the communication points.
+        let text = ball(
+            r#"model: "fmi.co_simulation", rate: "50 ms", params: { "file": "ball.fmu" }"#,
+            "",
+        );
+        let mut sim = bench.sim(&text).unwrap();
+        run(&mut sim, 2.0);
+        let (h, native) = (sim.get("Ball.h").unwrap(), sim.get("Native.height").unwrap());
+        assert_eq!(sim.get("Ball.n").unwrap(), sim.get("Native.impacts").unwrap());
+        assert!((h - native).abs() < 1e-9, "{h} {native}");
+    }
+}
+
+/// An input that is a whole number reaches a unit of equations at an event.
+#[test]
+fn a_whole_number_acts_at_an_event() {
+    if !compiler() {
+        return;
+    }
+    for version in VERSIONS {
+        let bench = Bench::new();
+        bench.unit("ball.fmu", version, Model::Ball, |t| t);
+        let text = ball(
+            r#"model: "fmi.model_exchange", params: { "file": "ball.fmu" }"#,
+            r#""Dig": (model: "basics.step", params: { "time": "0.3 s", "after": 2.0 }),"#,
+        );
+        let text = text.replace("step:", "wires: [\"Dig.y -> Ball.floor\"], step:");
+        let mut sim = bench.sim(&text).unwrap();
+        run(&mut sim, 0.25);
+        assert_eq!(sim.get("Ball.gap").unwrap(), sim.get("Ball.h").unwrap());
+        run(&mut sim, 0.4);
+        assert_eq!(sim.get("Ball.gap").unwrap(), sim.get("Ball.h").unwrap() + 2.0);
+        run(&mut sim, 0.75);
+        // Falling 3 m takes 0.78 s.
+        assert_eq!(sim.get("Ball.n").unwrap(), 0.0);
+        run(&mut sim, 0.85);
+        assert_eq!(sim.get("Ball.n").unwrap(), 1.0);
+    }
+}
+
+/// Arrays are lanes; numbers cross in SI whatever unit the file has, states too.
+#[test]
+fn arrays_are_lanes_and_units_are_converted() {
+    if !compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    bench.unit("metres.fmu", 3, Model::Spring, |t| t);
+    bench.unit("millimetres.fmu", 3, Model::Spring, |t| {
+        t.replace("start=\"1\" unit=\"m\"", "start=\"1\" unit=\"mm\"")
+    });
+    let part = |file: &str, x: &str| {
+        format!(
+            r#"(model: "fmi.model_exchange", params: {{ "file": "{file}", "start": {{ "x": "{x}" }} }})"#
+        )
+    };
+    let text = format!(
+        r#"Simulation(parts: {{ "A": {}, "B": {} }}, step: "10 ms", integrator: "rk4", until: "1 s")"#,
+        part("metres.fmu", "0.7 m"),
+        part("millimetres.fmu", "700 mm")
+    );
+    let mut sim = bench.sim(&text).unwrap();
+    assert_eq!(sim.get("A.both[0]").unwrap(), 0.7);
+    assert!((sim.get("B.x").unwrap() - 0.7).abs() < 1e-15);
+    assert!((sim.get("B.state.x").unwrap() - 0.7).abs() < 1e-15);
+    run(&mut sim, 1.0);
+    let (a, b) = (sim.get("A.x").unwrap(), sim.get("B.x").unwrap());
+    assert!((a - b).abs() < 1e-14 && a < 0.5, "{a} {b}");
+    assert_eq!(sim.get("A.both[1]").unwrap(), sim.get("A.v").unwrap());
+    // The raw number is a thousand times that.
+    assert!((sim.get("B.both[0]").unwrap() - 1e3 * b).abs() < 1e-11);
+}

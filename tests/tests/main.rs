@@ -1,0 +1,11 @@
+//! Whole machines and simulations: one program, a folder for each field.
+#![allow(non_snake_case, clippy::unwrap_used)]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod conformance;
+mod flight;
+mod fmi;
+mod robots;
+mod rover;
+mod runtime;

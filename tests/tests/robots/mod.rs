@@ -1,0 +1,5 @@
+//! Arms, hands and legs: what they take, carry and press.
+
+mod grasp;
+mod machines;
+mod manipulation;

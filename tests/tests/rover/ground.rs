@@ -1,0 +1,217 @@
+//! Bodies meet the terrain: by impulses, by smooth forces, at its edge, and a rover that rolls over.
+use linkwork_runtime::{Seconds, Simulation};
+
+use crate::common;
+
+/// A crate of 20 kg, 0.4 m high, that falls from 0.1 m onto a slope of 5 degrees.
+fn dropped(contact: &str, more: &str) -> Result<Simulation, String> {
+    dropped_with(contact, more, "")
+}
+
+/// The same with more fields of the simulation, each behind a comma.
+fn dropped_with(contact: &str, more: &str, fields: &str) -> Result<Simulation, String> {
+    let text = format!(
+        r#"Simulation(
+            bodies: {{ "crate": (parent: "world", hinge: Free, mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: [3, -2, 0.57], rotation: (rpy: [0, "-5 deg", 0])),
+                shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
+            parts: {{
+                "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m" }}), {more}
+            }},
+            contact: ({contact}), step: "1 ms", until: "10 s"{fields})"#
+    );
+    common::scene(&text, &[])
+}
+
+fn until(sim: &mut Simulation, t: f64) {
+    sim.run_until(Seconds::from_decimal(t).unwrap()).unwrap();
+}
+
+fn height(sim: &Simulation) -> f64 {
+    let at = |a: &str| sim.get(&format!("crate.position.{a}")).unwrap();
+    // Above the plane, along its normal.
+    let (sin, cos) = 5f64.to_radians().sin_cos();
+    at("z") * cos - at("x") * sin
+}
+
+#[test]
+fn a_crate_lies_on_a_slope_by_impulses_and_by_smooth_forces() {
+    for (contact, sinks) in
+        [("", 2e-4), ("compliant: (stiffness: 1e5, bristle_stiffness: 1e5)", 1e-3)]
+    {
+        let mut sim = dropped(contact, "").unwrap();
+        until(&mut sim, 3.0);
+        let (h, x) = (height(&sim), sim.get("crate.position.x").unwrap());
+        until(&mut sim, 4.0);
+        println!(
+            "{contact}: {h} m above the plane, moved {:e} m",
+            sim.get("crate.position.x").unwrap() - x
+        );
+        assert!((h - 0.2).abs() < sinks, "{contact}: {h}");
+        assert!((sim.get("crate.position.x").unwrap() - x).abs() < 1e-5, "{contact}");
+    }
+    // Four corners carry the weight: k δ each.
+    let mut sim = dropped("compliant: (stiffness: 1e5, bristle_stiffness: 1e5)", "").unwrap();
+    until(&mut sim, 4.0);
+    let want = 20.0 * 9.81 * 5f64.to_radians().cos() / 4.0 / 1e5;
+    assert!((0.2 - height(&sim) - want).abs() < 0.02 * want, "{} {want}", 0.2 - height(&sim));
+}
+
+#[test]
+fn contact_says_which_terrain_is_met() {
+    let mut sim = dropped("terrain: \"none\"", "").unwrap();
+    until(&mut sim, 2.0);
+    assert!(height(&sim) < -10.0);
+    let second = r#""Other": (model: "environment.flat", params: { "slope": "20 deg" }),"#;
+    let told = dropped("", second).err().unwrap();
+    for part in ["`contact`", "terrain service", "Ground, Other", "none"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let told = dropped("terrain: \"Grond\"", second).err().unwrap();
+    assert!(told.contains("`Grond`") && told.contains("Ground"), "{told}");
+    let mut sim = dropped("terrain: \"Ground\"", second).unwrap();
+    until(&mut sim, 3.0);
+    assert!((height(&sim) - 0.2).abs() < 1e-3);
+    let names = r#"terrain: "Ground""#;
+    let text = dropped(names, "").unwrap();
+    assert_eq!(text.plan().warnings.len(), 0, "{:?}", text.plan().warnings);
+}
+
+/// A hinge to the world does not hold the ground away: a crate on a vertical slider lands, too. Named pairs pass.
+#[test]
+fn what_a_hinge_joins_to_the_world_meets_the_ground() {
+    let at_rest = |contact: &str| {
+        let text = format!(
+            r#"Simulation(
+                bodies: {{ "crate": (parent: "world", hinge: Slider([0, 0, 1]), mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: 0.5),
+                    shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
+                parts: {{
+                    "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                    "Ground": (model: "environment.flat"),
+                }},
+                contact: ({contact}), step: "1 ms", until: "10 s")"#
+        );
+        let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        until(&mut sim, 2.0);
+        sim.get("crate.displacement").unwrap()
+    };
+    assert!((at_rest("") - 0.2).abs() < 1e-3);
+    assert!((at_rest("compliant: true") - 0.2).abs() < 2e-3);
+    assert!(at_rest(r#"ignore: [["crate", "terrain"]]"#) < -10.0);
+    let text = "Simulation(bodies: { \"ball\": (parent: \"world\", hinge: Free, mass: 1, inertia: [1, 1, 1]) }, \
+         contact: (ignore: [[\"ball\", \"terrain\"]]), until: \"1 s\", gravity: \"none\")";
+    let sim = common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let told: Vec<&str> = sim.plan().warnings.iter().map(|w| w.message.as_str()).collect();
+    assert!(told.iter().any(|t| t.contains("names `terrain`")), "{told:?}");
+    let named = r#"Simulation(
+        bodies: { "ball": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], shapes: [(shape: Sphere(1), collide: true)]) },
+        colliders: { "terrain": (on: "world", shape: Box([1, 1, 1])) }, contact: (), until: "1 s", gravity: "none")"#;
+    let told = common::scene(named, &[]).err().unwrap();
+    assert!(told.contains("collider `terrain`") && told.contains("another name"), "{told}");
+}
+
+/// The rover is thrown over by hand and lies on its body and its mast.
+#[test]
+fn a_rover_that_rolls_over_lies_on_the_ground() {
+    let text = r#"Simulation(
+        parts: { "Rover": (assembly: "rovers/rocker_bogie.ron", params: { "world": "worlds/slope.ron", "waypoints": [[0, 0]] }) },
+        step: "1 ms", integrator: "semi_implicit_euler", until: "100 s", seed: 1,
+        place: (
+            body: "Rover.Hardware.Chassis/chassis", at: [0, 0], heading: "0 rad",
+            wheels: ["Rover.Hardware.Wheels.*/wheel"], radius: "0.25 m",
+            joints: ["Rover.Hardware.Chassis/rocker_*", "Rover.Hardware.Chassis/bogie_*"],
+        ),
+    )"#;
+    let mut sim = common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));
+    sim.set("Rover.Hardware.Chassis/chassis.angular.x", 9.0).unwrap();
+    until(&mut sim, 20.0);
+    let get = |sim: &Simulation, name: &str| sim.get(&format!("Rover.Hardware.{name}")).unwrap();
+    let (z, tilt) = (get(&sim, "Chassis/chassis.position.z"), get(&sim, "Sensors.Pose.tilt"));
+    println!("chassis at {z} m, tilt {} deg", tilt.to_degrees());
+    assert!(tilt > 1.2, "{tilt}");
+    assert!(z > 0.1 && z < 1.0, "{z}");
+    until(&mut sim, 21.0);
+    assert!((get(&sim, "Chassis/chassis.position.z") - z).abs() < 1e-3);
+}
+
+/// A machine with contact by impulses moves by its own step, once, whatever integrates the other states.
+#[test]
+fn the_integrator_of_other_states_does_not_move_what_has_contact() {
+    let fallen = |integrator: &str| {
+        let lag = r#""Wave": (model: "basics.sine", params: { "amplitude": 1, "frequency": 0.5 }),
+                    "Lag": (model: "basics.lag", params: { "time_constant": 0.2 }),"#;
+        let fields = format!(", wires: [\"Wave.y -> Lag.u\"], integrator: \"{integrator}\"");
+        let mut sim = dropped_with("terrain: \"none\"", lag, &fields).unwrap();
+        until(&mut sim, 1.0);
+        (sim.get("crate.position.z").unwrap(), sim.get("Lag.y").unwrap())
+    };
+    for integrator in ["rk4", "semi_implicit_euler", "bogacki_shampine_32"] {
+        let (z, lag) = fallen(integrator);
+        // First order in the step: h g t / 2 from the closed form.
+        assert!((z - (0.57 - 0.5 * 9.81)).abs() < 6e-3, "{integrator}: {z}");
+        assert!(lag.abs() > 1e-3);
+    }
+}
+
+#[test]
+fn a_crate_holds_or_slides_by_the_friction_of_the_soil_under_it() {
+    // A slope of 5 degrees asks for 0.087; a pair takes the geometric mean of the crate's 0.5 and the soil's.
+    for (soil, holds) in [(0.004, false), (0.03, true)] {
+        for contact in ["", "compliant: (stiffness: 1e5, bristle_stiffness: 1e5)"] {
+            let text = format!(
+                r#"Simulation(
+            bodies: {{ "crate": (parent: "world", hinge: Free, mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: [3, -2, 0.47], rotation: (rpy: [0, "-5 deg", 0])),
+                shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
+            parts: {{
+                "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m", "soil": {{ "friction": {soil} }} }}),
+            }},
+            contact: ({contact}), step: "1 ms", until: "10 s")"#
+            );
+            let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+            until(&mut sim, 1.0);
+            let x = sim.get("crate.position.x").unwrap();
+            until(&mut sim, 2.0);
+            let went = (sim.get("crate.position.x").unwrap() - x).abs();
+            println!("soil {soil}, `{contact}`: {went:.2e} m");
+            assert!(if holds { went < 1e-4 } else { went > 0.2 }, "{soil}, {contact}: {went}");
+        }
+    }
+}
+
+#[test]
+fn two_materials_do_to_each_other_what_their_pair_says() {
+    // Two crates on a slope of 20 degrees, which asks for 0.36: alike but for what they are made of.
+    for contact in ["", "compliant: (stiffness: 1e5, bristle_stiffness: 1e5)"] {
+        let crates = ["wood", "ice"].map(|of| {
+            let y = if of == "wood" { 2.0 } else { -2.0 };
+            format!(
+                r#""{of}": (parent: "world", hinge: Free, mass: 20, inertia: Box([1, 0.8, 0.4]), initial: (position: [0, {y}, 0.213], rotation: (rpy: [0, "-20 deg", 0])),
+                    shapes: [(shape: Box([1, 0.8, 0.4]), collide: (material: "{of}"), name: "hull")]),"#
+            )
+        });
+        let text = format!(
+            r#"Simulation(
+            bodies: {{ {} }},
+            parts: {{
+                "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                "Ground": (model: "environment.flat", params: {{ "slope": "20 deg", "size": "40 m", "soil": {{ "friction": 0.5 }} }}),
+            }},
+            contact: (friction: 0.5, pairs: [(a: "ice", b: "terrain", friction: 0.02)], {contact}), step: "1 ms", until: "10 s")"#,
+            crates.concat()
+        );
+        let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        until(&mut sim, 0.5);
+        let x = |sim: &Simulation, of: &str| sim.get(&format!("{of}.position.x")).unwrap();
+        let before = ["wood", "ice"].map(|of| x(&sim, of));
+        until(&mut sim, 1.5);
+        let went = ["wood", "ice"]
+            .map(|of| x(&sim, of))
+            .iter()
+            .zip(before)
+            .map(|(a, b)| (a - b).abs())
+            .collect::<Vec<_>>();
+        println!("`{contact}`: wood {:.2e} m, ice {:.3} m", went[0], went[1]);
+        assert!(went[0] < 1e-4 && went[1] > 2.0, "{contact}: {went:?}");
+    }
+}

@@ -1,0 +1,26 @@
+//! Rovers: on slopes, soils, rocks and bodies, by forces and by kinematics, finding their way and driving it.
+
+mod arm;
+mod autonav;
+mod bodies;
+mod drive_stops;
+mod ground;
+mod kinematic;
+mod localisation;
+mod navigation;
+mod obstacles;
+mod parked;
+mod quasi_static;
+mod rocky8;
+mod ruts;
+mod scenes;
+mod scm;
+mod sol;
+mod steps;
+mod strut;
+mod symmetry;
+mod terrain_navigation;
+mod tiled_terrain;
+mod vehicles;
+mod wheel_rig;
+mod wheels;

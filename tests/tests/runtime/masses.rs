@@ -1,0 +1,219 @@
+//! Masses that change while the run goes on: closed forms, the same mass from the file, phases, and no
+//! trace of any cut.
+use linkwork_assembly::{Options, load_text};
+use linkwork_runtime::{Files, Program, Role, Seconds, Simulation};
+use std::sync::Arc;
+
+use crate::common;
+
+fn seconds(x: f64) -> Seconds {
+    Seconds::from_decimal(x).unwrap()
+}
+
+fn program(text: &str) -> Arc<Program> {
+    let catalogue = common::catalogue();
+    let loaded = load_text("sim.ron", text, &Options::new(&catalogue));
+    let loaded = loaded.unwrap_or_else(|f| panic!("{}", f.render(false)));
+    let program = loaded.compile(&catalogue, &Files::default());
+    Arc::new(program.unwrap_or_else(|f| panic!("{:?}", f.0)))
+}
+
+fn get(sim: &Simulation, path: &str) -> f64 {
+    sim.get(path).unwrap()
+}
+
+const TIGHT: &str = "step: \"10 ms\", integrator: \"dormand_prince_54\", \
+                     accuracy: (relative: 1e-13, absolute: 1e-13), until: \"1 s\"";
+
+const ROCKET_PARTS: &str = r#"
+    "Full": (model: "basics.constant", params: { "value": 1.0 }),
+    "Tank": (model: "flight.propellant_tank", params: { "propellant": 800, "radius": 0.4 }, bind: { "bottom": "node:rocket/tank" }),
+    "Engine": (model: "flight.engine", params: { "thrust": "50 kN", "specific_impulse": 310, "flow_path": [0, 0, -1.5] }, bind: { "nozzle": "node:rocket/nozzle" }),
+"#;
+const ROCKET_WIRES: &str =
+    r#""Full.y -> Engine.throttle", "Engine.flow -> Tank.flow", "Tank.supplies -> Engine.supply""#;
+
+fn rocket(spin: &str, more: &str) -> String {
+    format!(
+        r#"Simulation(
+        bodies: {{
+            "rocket": (parent: "world", hinge: Free, mass: 200, inertia: [50, 50, 20], initial: (angular: [{spin}]),
+                nodes: {{ "tank": (position: [0, 0, 0.5]), "nozzle": (position: [0, 0, -1]) }}),
+            "payload": (parent: "rocket", at: (position: [0, 0, 2]), mass: 100, inertia: [9, 8, 7], com: [0, 0.02, 0.3]),
+        }},
+        parts: {{ {ROCKET_PARTS} }}, wires: [{ROCKET_WIRES}], gravity: "none", {TIGHT}, {more})"#
+    )
+}
+
+/// Tsiolkovsky: Δv = I_sp g₀ ln(m₀/m₁); and the way until the tank is dry as the integral of it.
+#[test]
+fn a_rocket_reaches_the_speed_that_tsiolkovsky_says() {
+    // The payload off the axis would turn it.
+    let text = rocket("0, 0, 0", "").replace("com: [0, 0.02, 0.3]", "com: [0, 0, 0.3]");
+    let mut sim = Simulation::of(program(&text));
+    let (c, m0, m1) = (310.0 * 9.80665, 1100.0_f64, 300.0_f64);
+    let flow = 50e3 / c;
+    let burn = 800.0 / flow;
+    sim.run_until(seconds(60.0)).unwrap();
+    let dv = c * (m0 / m1).ln();
+    let v = get(&sim, "rocket.velocity.z");
+    assert!((v / dv - 1.0).abs() < 1e-11, "{v} {dv}");
+    assert_eq!(get(&sim, "Tank.propellant"), 0.0);
+    let h = c * burn - c * (m1 / flow) * (m0 / m1).ln() + dv * (60.0 - burn);
+    let z = get(&sim, "rocket.position.z");
+    assert!((z / h - 1.0).abs() < 1e-11, "{z} {h}");
+}
+
+/// Propellant flows from the centre of mass to the nozzle, l away, and the body's inertia stays:
+/// I ω̇ = −ṁ l² ω across the axis.
+#[test]
+fn jet_damping_follows_its_closed_form() {
+    let text = format!(
+        r#"Simulation(
+        bodies: {{ "rocket": (parent: "world", hinge: Free, mass: 200, inertia: [50, 50, 20], initial: (angular: [0.2, 0, 0]),
+            nodes: {{ "tank": (position: [0, 0, 0]), "nozzle": (position: [0, 0, -1.5]) }}) }},
+        parts: {{
+            "Full": (model: "basics.constant", params: {{ "value": 1.0 }}),
+            "Tank": (model: "flight.propellant_tank", params: {{ "propellant": 500, "radius": "10 um", "density": 1e20 }}, bind: {{ "bottom": "node:rocket/tank" }}),
+            "Engine": (model: "flight.engine", params: {{ "thrust": "5 kN", "specific_impulse": 200, "flow_path": [0, 0, -1.5] }}, bind: {{ "nozzle": "node:rocket/nozzle" }}),
+        }},
+        wires: [{ROCKET_WIRES}], gravity: "none", {TIGHT})"#
+    );
+    let mut sim = Simulation::of(program(&text));
+    sim.run_until(seconds(20.0)).unwrap();
+    let flow = 5e3 / (200.0 * 9.80665);
+    let want = 0.2 * (-flow * 1.5 * 1.5 * 20.0 / 50.0_f64).exp();
+    let omega = get(&sim, "rocket.angular.x");
+    // The propellant is 16 nm high: that much is not a point (measured 1.6e-8).
+    assert!((omega / want - 1.0).abs() < 1e-7, "{omega} {want}");
+    assert!(get(&sim, "Tank.propellant") > 400.0 && want < 0.1);
+}
+
+/// A tank that nobody drains is the same machine as one whose bodies have that mass in the file: on a
+/// chain with a loop, and in contact, all kernels see it.
+#[test]
+fn mass_from_a_wire_is_mass_from_the_file() {
+    // A cylinder of 3 kg in a turned frame on the second link.
+    let bodies = |tank: &str, parts: &str, more: &str| {
+        format!(
+            r#"Simulation(
+            bodies: {{
+                "a": (parent: "world", hinge: Pin([0, 1, 0]), mass: 2, inertia: [0.1, 0.2, 0.1], com: [0.3, 0, 0], initial: (angle: "20 deg")),
+                "b": (parent: "a", at: (position: [0.6, 0, 0]), hinge: Ball, mass: 1, inertia: [0.02, 0.03, 0.04], com: [0.1, 0.1, 0], initial: (angular: [1, 2, 3]),
+                    nodes: {{ "tank": (position: [0.1, -0.2, 0.05], rotation: (rpy: [0.3, -0.5, 0.9])) }}),
+                {tank}
+            }},
+            parts: {{ "G": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}), {parts} }}, {more} {TIGHT})"#
+        )
+    };
+    let level = 3.0 / (1000.0 * std::f64::consts::PI * 0.01);
+    let ix = 3.0 * (3.0 * 0.01 + level * level) / 12.0;
+    let welded = format!(
+        r#""tank": (parent: "b/tank", mass: 3, com: [0, 0, {}], inertia: [{ix}, {ix}, {}]),"#,
+        0.5 * level,
+        0.5 * 3.0 * 0.01
+    );
+    let part = r#""Tank": (model: "flight.propellant_tank", params: { "propellant": 3, "radius": 0.1 }, bind: { "bottom": "node:b/tank" }),"#;
+    for (more, bound) in [
+        ("", 1e-10),
+        // A loop, embedded and as rows; contact with the floor.
+        (
+            r#"loops: { "l": (a: "b", at_a: (position: [0.4, 0, 0]), b: "world", at_b: (position: [0.8, 0, -0.4]), hinge: Ball, solve: Augment) },"#,
+            1e-9,
+        ),
+        (
+            r#"loops: { "l": (a: "b", at_a: (position: [0.4, 0, 0]), b: "world", at_b: (position: [0.8, 0, -0.4]), hinge: Ball, solve: Embed) },"#,
+            1e-9,
+        ),
+        (
+            r#"colliders: { "floor": (on: "world", at: (position: [0, 0, -0.6]), shape: HalfSpace), "tip": (on: "b", at: (position: [0.3, 0, 0]), shape: Sphere(0.1)) }, contact: (tolerance: 1e-12),"#,
+            1e-6,
+        ),
+    ] {
+        let mut wired = Simulation::of(program(&bodies("", part, more)));
+        let mut filed = Simulation::of(program(&bodies(&welded, "", more)));
+        // The start is put onto the loop with the masses of the file, which moves each otherwise.
+        for (path, variable) in &*filed.plan().variables.clone() {
+            if variable.role == Role::State && path.starts_with(['a', 'b']) {
+                wired.set(path, get(&filed, path)).unwrap();
+            }
+        }
+        for sim in [&mut wired, &mut filed] {
+            sim.run_until(seconds(1.0)).unwrap();
+        }
+        for path in ["a.angle", "a.rate", "b.angular.x", "b.angular.y", "b.angular.z"] {
+            let (p, q) = (get(&wired, path), get(&filed, path));
+            assert!((p - q).abs() < bound, "{more} {path}: {p} {q}");
+        }
+        // It is not a small thing.
+        let mut empty = Simulation::of(program(&bodies("", "", more)));
+        empty.run_until(seconds(1.0)).unwrap();
+        let differs = |c: &str| (get(&empty, c) - get(&filed, c)).abs() > 1e-3;
+        assert!(["b.angular.x", "b.angular.y", "b.angular.z"].into_iter().any(differs), "{more}");
+    }
+}
+
+/// The payload leaves a rocket that has burnt half of its propellant, and is caught by a hinge later: the
+/// books are kept with the masses of the moment, and no cut leaves a trace.
+#[test]
+fn a_transition_knows_the_mass_of_the_moment_and_leaves_no_trace() {
+    let phases = r#"start: "boost", phases: {
+        "boost": (to: { "coast": "Tank.propellant < 400 kg" }),
+        "coast": (bodies: { "payload": (parent: "world", at: (position: [0, 0, 0]), hinge: Free) },
+                  to: { "caught": "Tank.propellant < 399 kg" }),
+        "caught": (bodies: { "payload": (parent: "rocket", at: (position: [0, 0, 2]), hinge: Slider([0, 0, 1])) }),
+    }"#;
+    let program =
+        program(&rocket("0, 0, 0", phases).replace("com: [0, 0.02, 0.3]", "com: [0, 0, 0.3]"));
+    let mut straight = Simulation::of(program.clone());
+    straight.run_until(seconds(40.0)).unwrap();
+    assert_eq!(straight.phase(), "caught");
+    let moves = straight.take_moves();
+    // `momentum (x, y, z) → (x, y, z) N s …`
+    let along_z = |k: usize| -> [f64; 2] {
+        let note = moves[k].2.notes.iter().find(|n| n.starts_with("momentum")).unwrap();
+        println!("{} {note}", moves[k].1);
+        let mut sides = note.split('→').map(|side| {
+            let inside = side.split('(').nth(1).unwrap().split(')').next().unwrap();
+            inside.split(',').nth(2).unwrap().trim().parse().unwrap()
+        });
+        [sides.next().unwrap(), sides.next().unwrap()]
+    };
+    let c = 310.0 * 9.80665;
+    // The first: 1100 kg have become 700 kg, all at one speed.
+    let p = 700.0 * c * (1100.0_f64 / 700.0).ln();
+    for p_told in along_z(0) {
+        assert!((p_told / p - 1.0).abs() < 1e-8, "{p_told} {p}");
+    }
+    let [before, after] = along_z(1);
+    assert!((before / after - 1.0).abs() < 1e-12);
+    let mut sim = Simulation::of(program.clone());
+    let mut n = 0;
+    while sim.before(seconds(40.0)) {
+        sim.step_event().unwrap();
+        n += 1;
+        if n % 37 == 0 {
+            let bytes = sim.checkpoint("").unwrap();
+            sim = Simulation::of(program.clone());
+            sim.restore(&bytes).unwrap();
+        } else if n % 23 == 0 {
+            sim = sim.fork();
+        }
+    }
+    assert_eq!(sim.state(), straight.state());
+}
+
+/// A mass that cannot be stops the run with the body, the fact and the remedy.
+#[test]
+fn impossible_masses_stop_the_run_in_order() {
+    let text =
+        rocket("0, 0, 0", "").replace("\"Engine.flow -> Tank.flow\"", "\"Minus.y -> Tank.flow\"");
+    let text = text.replace(
+        "parts: {",
+        "parts: { \"Minus\": (model: \"basics.constant\", params: { \"value\": -1e308 }),",
+    );
+    let mut sim = Simulation::of(program(&text));
+    let error = sim.run_until(seconds(60.0)).unwrap_err().to_string();
+    assert!(error.contains("Tank") || error.contains("rocket"), "{error}");
+    assert!(error.contains("help:"), "{error}");
+}

@@ -1,0 +1,16 @@
+//! What holds for every simulation: the same bits, cuts, warnings, energy, allocation, the house rules.
+
+mod allocation;
+mod camera;
+mod campaigns;
+mod determinism;
+mod linear;
+mod masses;
+mod power;
+mod prescribed;
+mod rank;
+mod sharing;
+mod splits;
+mod tidy;
+mod warnings;
+mod wires;
