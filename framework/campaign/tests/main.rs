@@ -1,7 +1,7 @@
 //! What the crate promises, seen from outside: one program, a module for each subject.
 #![allow(clippy::unwrap_used)]
 
-#[path = "../../assembly/tests/misfit/mod.rs"]
+#[path = "../../../tests/common/misfit.rs"]
 mod misfit;
 #[path = "../../../tests/fuzz/mutate.rs"]
 mod mutate;

@@ -79,7 +79,7 @@ pub fn unnamed(files: &[(&str, &str)]) -> Vec<String> {
         let module = path.strip_suffix("/mod.rs").or(path.strip_suffix(".rs")).unwrap_or(path);
         let (folder, name) = module.rsplit_once('/').unwrap_or(("", module));
         let parent = if folder.is_empty() { "main.rs" } else { &format!("{folder}/mod.rs") };
-        text(parent).lines().any(|l| l == format!("mod {name};"))
+        text(parent).lines().any(|l| l.trim_start_matches("pub ") == format!("mod {name};"))
             || text("main.rs").contains(&format!("#[path = \"{path}\"]"))
     };
     let paths = files.iter().map(|(path, _)| *path);
@@ -101,7 +101,7 @@ mod tests {
             ("main.rs", main),
             ("here.rs", ""),
             ("lost.rs", "mod here;"),
-            ("folder/mod.rs", "mod inner;"),
+            ("folder/mod.rs", "pub mod inner;"),
             ("folder/inner.rs", ""),
             ("folder/lost.rs", ""),
             ("there/by_path.rs", ""),

@@ -125,7 +125,7 @@ fn a_fresh_process_resumes_bit_for_bit() {
         let file = folder.path().join("half.lwck");
         sim.checkpoint(name).unwrap().write(&file).unwrap();
         let child = std::process::Command::new(std::env::current_exe().unwrap())
-            .args(["a_fresh_process_resumes_bit_for_bit", "--exact", "--nocapture"])
+            .args(["a_fresh_process_resumes_bit_for_bit", "--nocapture"])
             .env(RESUME, &file)
             .output()
             .unwrap();

@@ -24,7 +24,7 @@ pub fn schema() -> serde_json::Value {
 }
 
 #[cfg(test)]
-#[path = "../../tests/misfit/mod.rs"]
+#[path = "../../../../tests/common/misfit.rs"]
 mod misfit;
 
 #[cfg(test)]
