@@ -256,13 +256,15 @@ pub fn zeros(rows: usize, width: usize) -> PyResult<Vec<f64>> {
 
 /// Refuses a result that overflowed.
 fn finite(values: &[f64]) -> PyResult<()> {
-    match values.iter().find(|x| !x.is_finite()) {
-        None => Ok(()),
-        Some(x) => Err(refuse_with(
-            format!("the result is {x}: a number became too large on the way"),
-            "give numbers of the size that machines have, in SI units",
-        )),
+    // Without a way out in the middle, so that several are looked at together.
+    if values.iter().fold(true, |all, x| all & x.is_finite()) {
+        return Ok(());
     }
+    let x = values.iter().find(|x| !x.is_finite()).copied().unwrap_or(f64::NAN);
+    Err(refuse_with(
+        format!("the result is {x}: a number became too large on the way"),
+        "give numbers of the size that machines have, in SI units",
+    ))
 }
 
 /// As `out1`, refused when it is not finite.
