@@ -10,7 +10,13 @@ import time
 import numpy as np
 from Basilisk.architecture import messaging
 from Basilisk.fswAlgorithms import attTrackingError, inertial3D, mrpFeedback, rwMotorTorque
-from Basilisk.simulation import nHingedRigidBodyStateEffector, reactionWheelStateEffector, simpleNav, spacecraft
+from Basilisk.simulation import (
+    hingedRigidBodyStateEffector,
+    nHingedRigidBodyStateEffector,
+    reactionWheelStateEffector,
+    simpleNav,
+    spacecraft,
+)
 from Basilisk.utilities import SimulationBaseClass, macros, simIncludeGravBody, simIncludeRW
 from Basilisk.utilities.MonteCarlo.Controller import Controller
 from Basilisk.utilities.MonteCarlo.Dispersions import NormalDispersion
@@ -179,7 +185,30 @@ def chain(steps: int) -> None:
     measure("chain", sim, craft, step, steps)
 
 
+def panels(steps: int) -> None:
+    """A hub with four hinged plates."""
+    step = 0.01
+    sim, craft = simulation(step)
+    kept = []
+    for k, (x, y, yaw) in enumerate(((0.5, 0.0, 180.0), (0.0, 0.5, 270.0), (-0.5, 0.0, 0.0), (0.0, -0.5, 90.0))):
+        c, s = np.cos(np.radians(yaw)), np.sin(np.radians(yaw))
+        plate = hingedRigidBodyStateEffector.HingedRigidBodyStateEffector()
+        plate.mass = 5.0
+        plate.IPntS_S = [[5.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 2.5]]
+        plate.d = 0.5
+        plate.k = 50.0
+        plate.c = 0.1
+        plate.r_HB_B = [[x], [y], [1.0]]
+        plate.dcm_HB = [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]
+        plate.thetaInit = 0.01 * (k + 1)
+        plate.thetaDotInit = 0.0
+        craft.addStateEffector(plate)
+        sim.AddModelToTask("task", plate, 9)
+        kept.append(plate)
+    measure("panels", sim, craft, step, steps)
+
+
 if __name__ == "__main__":
-    for scene, steps in ((orbit, 20000), (wheels, 20000), (chain, 5000), (campaign, 0)):
+    for scene, steps in ((orbit, 20000), (wheels, 20000), (chain, 5000), (panels, 5000), (campaign, 0)):
         if len(sys.argv) < 2 or scene.__name__ in sys.argv[1:]:
             scene(steps)
