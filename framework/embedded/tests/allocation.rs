@@ -29,11 +29,14 @@ fn no_call_allocates_after_set_up() {
     let (start, far, near) = (model.multibody().neutral_q(), 9.0, 0.5);
     let (mut predictor, density) = (Predictor::new(&robot), vec![0.1; nv]);
     let (mut ahead, mut rates, mut P) = (q.clone(), v.clone(), vec![0.0; 4 * nv * nv]);
+    let soft = Impedance::at(Pose::translation(0.5, 0.3, 1.0), [20.0, 500.0], [0.1, 4.0]);
+    let (mut A, mut corners) = (vec![0.0; 6 * nv], [[0.0; 2]; 8]);
     let counted = allocation_counter::measure(|| {
         let state = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
         robot.predict(&mut predictor, state, &v, &[], 1e-3).unwrap_err();
         let state = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
         robot.predict(&mut predictor, state, &v, &density, 1e-3).unwrap();
+        black_box(predictor.transition()[0]);
         robot.set_q(&q).unwrap();
         robot.clamp(&mut clamped).unwrap();
         black_box(robot.tip_pose(left).unwrap());
@@ -85,6 +88,14 @@ fn no_call_allocates_after_set_up() {
         black_box(robot.center_of_mass());
         space.inertia(&mut robot, &mut inertia).unwrap();
         space.forces(&mut robot, &v, &inertia[..12], Some(&v), &mut tau).unwrap();
+        black_box((space.rows(), space.compliance(&mut robot).unwrap()[0]));
+        space.impedance(&mut robot, &v, &[soft; 2], Some(&v), &mut tau).unwrap();
+        space.impedance(&mut robot, &v, &[soft], None, &mut tau).unwrap_err();
+        black_box((robot.composite_inertia(tip), robot.momentum(&v).unwrap()));
+        robot.momentum(&bad[..2]).unwrap_err();
+        robot.centroidal_matrix(&mut A).unwrap();
+        let n = support_polygon(&mut [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], &mut corners);
+        black_box(support_margin(&corners[..n], [0.2, 0.2]));
         let twist = spatial::Motion::new(spatial::Vec3::x(), spatial::Vec3::y());
         black_box(robot.rates(left, &twist, &mut tau).unwrap());
         let mut tips = [spatial::Motion::zero(); 2];

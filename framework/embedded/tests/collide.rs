@@ -353,9 +353,12 @@ fn questions_allocate_nothing() {
     let states = json["states"].as_array().unwrap();
     let qs: Vec<Vec<f64>> = states.iter().map(|s| to_q(&model, &at, &numbers(&s["q"]))).collect();
     let (a, b) = (all(&model)[0], all(&model)[1]);
+    let mut found = Vec::with_capacity(400);
     let counted = allocation_counter::measure(|| {
         for q in &qs {
             robot.collides(q).unwrap();
+            robot.first_hit(q).unwrap();
+            robot.distances(q, f64::INFINITY, &mut found).unwrap();
             robot.clearance(q, f64::INFINITY).unwrap();
         }
         robot.pad(a, 0.02).unwrap();
@@ -364,6 +367,8 @@ fn questions_allocate_nothing() {
         robot.set_detail(Detail::Coarse);
         robot.collides(&qs[0]).unwrap();
         robot.path_free(&qs[0], &qs[1], 1e-2).unwrap();
+        let mut progress = PathProgress::default();
+        while robot.path_free_on(&qs[0], &qs[1], 1e-2, &mut progress, 3).unwrap().is_none() {}
         robot.collides(&[]).unwrap_err();
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");

@@ -109,6 +109,9 @@ fn searches_allocate_nothing() {
     let counted = allocation_counter::measure(|| {
         let search = Search::default();
         assert_eq!(planner.plan(&mut robot, &start, &goal, &search).unwrap(), Way::Found);
+        planner.begin(&mut robot, &start, &goal, &search).unwrap();
+        while planner.go_on(&mut robot, 3).unwrap() == Way::Unfinished {}
+        assert!(planner.way().len() > 1);
         planner.plan(&mut robot, &start, &start[1..], &search).unwrap_err();
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
