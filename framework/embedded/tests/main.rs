@@ -13,6 +13,7 @@ mod linkages;
 mod obstacles;
 mod priorities;
 mod reach;
+mod reference_states;
 mod steps;
 mod support;
 mod tasks;

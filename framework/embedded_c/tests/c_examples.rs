@@ -37,34 +37,6 @@ fn built(build: &mut Command, to: &std::path::Path) -> [String; 2] {
     ["arm_c.txt", "arm_cpp.txt"].map(|f| std::fs::read_to_string(to.join(f)).unwrap())
 }
 
-/// The README's command in a fresh clone with an empty target: minutes, so only where `LINKWORK_FRESH_CLONE` is set.
-#[test]
-fn the_examples_build_from_a_fresh_clone() {
-    if std::env::var_os("LINKWORK_FRESH_CLONE").is_none() {
-        println!("skipped: LINKWORK_FRESH_CLONE is not set");
-        return;
-    }
-    let scratch = tempfile::tempdir().unwrap();
-    let clone = scratch.path().join("clone");
-    let cloned = Command::new("git")
-        .args(["clone", "--quiet", "--no-hardlinks"])
-        .arg(folder().join("../.."))
-        .arg(&clone)
-        .status();
-    assert!(cloned.unwrap().success());
-    let mut build = Command::new(clone.join("framework/embedded_c/examples/build"));
-    // A target of its own, whatever stands around this test.
-    for name in ["CARGO_TARGET_DIR", "RUSTFLAGS", "CARGO_MANIFEST_DIR", "LINKWORK_LIBRARY"] {
-        build.env_remove(name);
-    }
-    let said = built(build.current_dir(&clone), &scratch.path().join("programs"));
-    // Another build of the library: the same to rounding, of which the words are a part.
-    for text in said {
-        assert_eq!(text.lines().count(), expected().lines().count(), "{text}");
-        assert!(text.contains("touch ") && text.contains("refused "), "{text}");
-    }
-}
-
 /// What the examples ask, asked in Rust.
 fn expected() -> String {
     use std::fmt::Write;

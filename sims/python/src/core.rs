@@ -6,6 +6,7 @@ use crate::array::wrench;
 use crate::error::refuse_with;
 use crate::files::FileContact;
 use crate::values::pairs;
+use linkwork_assembly::BodyShape;
 use linkwork_dynamics::{Derivatives, Ensemble, InverseKinematics, Tree, Workspace, kinematics};
 use linkwork_formats::Description;
 use linkwork_multibody::{Builder, Multibody, NodeId};
@@ -33,6 +34,8 @@ pub struct Core {
     pub description: Option<Description>,
     /// What a file in RON says of contact.
     pub contact: Option<FileContact>,
+    /// What a file in RON says is to be seen.
+    pub shapes: Vec<BodyShape>,
     gravity: Mutex<Vec3>,
     /// In boxes: a workspace is some dozens of lists, and a call would move all of them to and fro.
     #[allow(clippy::vec_box)]
@@ -68,6 +71,7 @@ impl Core {
             initial: mbs.neutral_q(),
             description: None,
             contact: None,
+            shapes: Vec::new(),
             mbs,
             tree,
             gravity,

@@ -1,7 +1,7 @@
 //! Reading mechanisms (RON, URDF, MJCF, SDF) and simulations, with every model of the component
 //! libraries.
 use crate::package;
-use linkwork_assembly::read_machine;
+use linkwork_assembly::{BodyShape, read_machine};
 use linkwork_collision::Colliders;
 use linkwork_formats::{Description, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};
@@ -44,6 +44,8 @@ pub struct Machine {
     pub description: Option<Description>,
     /// What a file in RON says of contact.
     pub contact: Option<FileContact>,
+    /// What a file in RON says is to be seen.
+    pub shapes: Vec<BodyShape>,
 }
 
 /// What a file in RON says of contact.
@@ -138,11 +140,12 @@ fn foreign_machine(path: &Path, options: &ReadOptions) -> Result<Machine, String
             place.copy_from_slice(&i.q);
         }
     }
-    Ok(Machine { mbs, initial, description: Some(d), contact: None })
+    Ok(Machine { mbs, initial, description: Some(d), contact: None, shapes: Vec::new() })
 }
 
 fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
     let loaded = package::library().loaded(path, &[], None).map_err(|f| f.to_string())?;
+    let shapes = loaded.shapes;
     let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
     let m = loaded.spec.mechanism().cloned().ok_or_else(none)?;
     let compliant = m.compliant.map(|c| FileContact { colliders: c.0, settings: None });
@@ -158,7 +161,7 @@ fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
             (mbs, initial)
         }
     };
-    Ok(Machine { mbs, initial, description: None, contact })
+    Ok(Machine { mbs, initial, description: None, contact, shapes })
 }
 
 /// The one body that hangs on the world on another hinge.

@@ -22,6 +22,7 @@
 //! | `files`, `formats` | reading files with all component libraries; what a file says besides; URDF and RON out |
 //! | `parts` | parts of a simulation that are Python classes |
 //! | `simulation`, `running`, `log`, `values` | `Simulation` and its logs |
+//! | `scene` | the shapes of bodies, for `show` in Rerun |
 //! | `show` | how a `Mechanism` and a `Simulation` show themselves |
 //! | `package` | which package this is: its models, the module that all of this is put into |
 //! | `processor` | which processors a build is for |
@@ -62,6 +63,7 @@ mod processor;
 mod robot;
 mod rules;
 mod running;
+mod scene;
 mod show;
 mod simulate;
 mod simulation;

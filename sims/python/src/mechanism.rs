@@ -93,6 +93,7 @@ pub fn load(
     core.initial = machine.initial;
     core.description = machine.description;
     core.contact = machine.contact;
+    core.shapes = machine.shapes;
     Ok(Mechanism { core: Arc::new(core) })
 }
 
@@ -419,6 +420,30 @@ impl Mechanism {
     }
     fn __str__(&self) -> String {
         show::tree(&self.core.mbs)
+    }
+    /// Opens Rerun with the bodies at q (nq,), or at each row of q (n, nq) in turn, on the timeline "row"; None is `initial_q`.
+    ///
+    /// Bodies have the shapes of the file; where no body has one, each is the box of its mass and inertia. Needs the package rerun-sdk
+    /// (`pip install linkwork[rerun]`). path: writes a recording (.rrd) there and opens nothing.
+    /// Raises LinkworkError for a q that cannot be, and without rerun-sdk.
+    ///
+    /// >>> arm.show(np.linspace([0, 0], [0.5, -1.0], 20), path="arm.rrd")
+    #[pyo3(signature = (q=None, *, path=None))]
+    fn show(
+        slf: &Bound<'_, Self>,
+        q: Option<&Bound<'_, PyAny>>,
+        path: Option<PathBuf>,
+    ) -> PyResult<()> {
+        let drawing = crate::scene::drawing(slf.py())?;
+        drawing.call_method1("mechanism", (slf, q, path)).map(|_| ())
+    }
+    /// What `show` draws.
+    fn _shapes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyList>> {
+        let shapes = match &self.core.description {
+            Some(d) => crate::scene::of_description(d),
+            None => crate::scene::of_simulation(&self.core.shapes),
+        };
+        crate::scene::list(py, &shapes)
     }
     fn _repr_html_(&self) -> String {
         show::mechanism(&self.core.mbs, self.core.description.as_ref())

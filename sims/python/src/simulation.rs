@@ -7,7 +7,7 @@ use crate::mechanism::Mechanism;
 use crate::parts;
 use crate::running::{Running, Stopped};
 use crate::values::{overrides, period, seconds};
-use linkwork_assembly::LogRule;
+use linkwork_assembly::{BodyShape, LogRule};
 use linkwork_runner::Goal;
 use linkwork_runtime::{self as runtime, Checkpoint, Place, Plan, Program, Seconds};
 use pyo3::gc::{PyTraverseError, PyVisit};
@@ -42,6 +42,8 @@ pub struct Simulation {
     plan: Arc<Plan>,
     program: Arc<Program>,
     configuration: String,
+    /// Of each phase.
+    shapes: Arc<Vec<Vec<BodyShape>>>,
     rules: Vec<LogRule>,
     until: Option<Seconds>,
     stop_when: Option<Place>,
@@ -78,6 +80,7 @@ impl Simulation {
             plan: program.phases[0].plan.clone(),
             program,
             configuration: ready.loaded.resolved.to_string(),
+            shapes: Arc::new(ready.loaded.phase_shapes),
             rules: file.log,
             until: until.or(file.until),
             stop_when,
@@ -245,6 +248,7 @@ impl Simulation {
             plan: self.plan.clone(),
             program: self.program.clone(),
             configuration: self.configuration.clone(),
+            shapes: self.shapes.clone(),
             rules: self.rules.clone(),
             until: self.until,
             stop_when: self.stop_when,
@@ -396,7 +400,25 @@ impl Simulation {
         let plan = self.with(py, |r| r.sim().plan().clone())?;
         let m = plan.mechanism().ok_or_else(no_mechanism)?;
         let gravity = m.uniform.unwrap_or(GRAVITY);
-        Ok(Mechanism { core: Arc::new(Core::new((*m.multibody).clone(), gravity)?) })
+        let mut core = Core::new((*m.multibody).clone(), gravity)?;
+        let phase = self.with(py, |r| r.sim().phase().to_owned())?;
+        let place = self.program.phases.iter().position(|p| p.name == phase);
+        core.shapes = place.and_then(|k| self.shapes.get(k)).cloned().unwrap_or_default();
+        Ok(Mechanism { core: Arc::new(core) })
+    }
+
+    /// Opens Rerun with the bodies as they are now. Called again, it adds what is then, on the timeline "time" (s): `every` makes a film.
+    ///
+    /// Needs the package rerun-sdk (`pip install linkwork[rerun]`). path: writes a recording (.rrd) there and opens nothing; another
+    /// path begins another. Bodies have the shapes of the file, of the phase that the run is in. For paths, curves and pictures of cameras use `record`
+    /// and `linkwork view`.
+    /// Raises LinkworkError for a simulation without a mechanism, and without rerun-sdk.
+    ///
+    /// >>> sim.show(path="now.rrd")
+    #[pyo3(signature = (*, path=None))]
+    fn show(slf: &Bound<'_, Self>, path: Option<PathBuf>) -> PyResult<()> {
+        let drawing = crate::scene::drawing(slf.py())?;
+        drawing.call_method1("simulation", (slf, path)).map(|_| ())
     }
     /// Configuration of the mechanism now (nq,), a copy.
     /// Raises LinkworkError for a simulation without a mechanism.

@@ -29,8 +29,8 @@ const TEXTS: [(&str, &str); 14] = [
 const COPIED: [&str; 4] = ["Cargo.lock", ".cargo/config.toml", ".gitignore", ".rustfmt.toml"];
 
 /// What of the Python package is Linkwork's own.
-const PYTHON: [&str; 6] =
-    ["__init__.py", "_choose.py", "_linkwork.pyi", "live.py", "py.typed", "ray.py"];
+const PYTHON: [&str; 7] =
+    ["__init__.py", "_choose.py", "_linkwork.pyi", "_show.py", "live.py", "py.typed", "ray.py"];
 
 /// Makes a library. Gives its files.
 pub fn library(folder: &Path, linkwork: Option<&Path>) -> Result<Vec<PathBuf>, Refusal> {
