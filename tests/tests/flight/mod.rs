@@ -14,4 +14,5 @@ mod site;
 mod site_spacecraft;
 mod spacecraft;
 mod thrusters;
+mod touch_and_go;
 mod trajectories;
