@@ -300,6 +300,12 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
                 row[0], row[1], row[2], row[3]
             );
             told.push((phase.clone(), row));
+            if phase == "closed_loop" {
+                let ahead = common::rotation(&sim, "stage2") * Vec3::z();
+                let turn = ahead.angle(&common::get(&sim, "Guidance.force")).to_degrees();
+                println!("the second stage is to turn by {turn} deg");
+                assert!((turn - 52.5).abs() < 0.1, "{turn}");
+            }
             if phase == "orbit" {
                 let [low, high] =
                     ["pericentre", "apocentre"].map(|n| look(&sim, &format!("Orbit.{n}")));
@@ -309,6 +315,10 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
                 // 200 km by 200 km is wanted.
                 assert!((low / 1e3 - 194.9).abs() < 0.2 && (high / 1e3 - 205.1).abs() < 0.2);
                 assert!((tilt - 28.343).abs() < 2e-3 && (left - 4880.0).abs() < 20.0);
+                // Downwards at the cutoff, which is what the ten kilometres between the apses are.
+                let sinks = -row[2] * row[3].to_radians().sin();
+                println!("{sinks} m/s downwards");
+                assert!((sinks - 6.0).abs() < 0.05, "{sinks}");
                 // Cut off at the energy, to the picosecond: the semi-major axis is that of the orbit.
                 assert!((0.5 * (low + high) - 200e3).abs() < 0.01, "{low} {high}");
             }
@@ -341,5 +351,16 @@ fn a_launcher_that_runs_dry_says_so() {
     let mut sim = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
     sim.run_until(seconds(600.0)).unwrap();
     assert_eq!(sim.phase(), "dry");
+    // What is missing along the way to the speed of a circle of 200 km at the end of the propellant, m/s: by energy.
+    let (mu, wanted) = (3.986_004_418e14, 6_578_137.0);
+    let mut sim_again = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
+    while sim_again.phase() != "dry" {
+        sim_again.step_event().unwrap();
+    }
+    let at = |name: &str| sim_again.get(&format!("Orbit.{name}")).unwrap();
+    let (speed, energy) = (at("speed"), at("energy"));
+    let lacks = (speed * speed + 2.0 * (-mu / (2.0 * wanted) - energy)).sqrt() - speed;
+    println!("dry {lacks} m/s before the orbit, at {} s", sim_again.time());
+    assert!((lacks - 102.0).abs() < 0.5, "{lacks}");
     assert!(sim.get("Orbit.pericentre").unwrap() < 0.0);
 }

@@ -9,6 +9,7 @@ mod entry;
 mod lunar_landing;
 mod missions;
 mod orders;
+mod refusals;
 mod rendezvous;
 mod site;
 mod site_spacecraft;
