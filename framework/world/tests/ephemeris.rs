@@ -24,6 +24,17 @@ fn errors_against_de440_are_as_told() {
     assert!((15.0..75.0).contains(&arcsec(&moon_low(d), &moon_de)));
 }
 
+/// λ = 282.9400° + M + 6892″ sin M + 72″ sin 2M, M = 357.5256° + 35999.049° T (EDL.md a), in the equator of J2000, m.
+fn printed_sun(days: f64) -> Vec3 {
+    let T = days / 36525.0;
+    let M = (357.5256 + 35999.049 * T).to_radians();
+    let longitude =
+        282.94f64.to_radians() + M + ARCSEC * (6892.0 * M.sin() + 72.0 * (2.0 * M).sin());
+    let r = (149.619 - 2.499 * M.cos() - 0.021 * (2.0 * M).cos()) * 1e9;
+    let (tilt, (s, c)) = (23.43929111f64.to_radians(), longitude.sin_cos());
+    Vec3::new(c, s * tilt.cos(), s * tilt.sin()) * r
+}
+
 /// quick_golden.json, ephemeris: what the same models give in other programs, and DE440.
 #[test]
 fn golden_positions() {
@@ -39,6 +50,21 @@ fn golden_positions() {
         let m = moon(d);
         near3(&m.position, &vec3(&case["erfa_moon98_m"]), 0.02, "moon98");
         let de = vec3(&case["de440_sun_wrt_earth_m"]);
+        near((s.position - de).norm(), n("erfa_epv00_error_m"), 1.0, "epv00 and DE440");
+        let moon_de = vec3(&case["de440_moon_wrt_earth_m"]);
+        near((m.position - moon_de).norm(), n("erfa_moon98_error_m"), 0.02, "moon98 and DE440");
+        // Montenbruck and Gill as printed: without the motion of the perihelion, 0.3225° T, that ours has.
+        let printed = printed_sun(d.0);
+        near3(&printed, &vec3(&case["low_sun_m"]), 1.0, "the Sun as printed");
+        near(arcsec(&printed, &de), n("low_sun_error_arcsec"), 1e-4, "the Sun as printed, error");
+        near(
+            arcsec(&moon_low(d), &moon_de),
+            n("low_moon_error_arcsec"),
+            1e-4,
+            "the Moon of a short series",
+        );
+        let far = moon_low(d).norm() - moon_de.norm();
+        near(far.abs(), n("low_moon_dist_error_m"), 1.0, "its distance");
         near(
             arcsec(&sun_low(d), &de),
             n("low_sun_with_perihelion_motion_error_arcsec"),

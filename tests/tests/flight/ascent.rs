@@ -177,8 +177,20 @@ fn flight(all: &Value, air: &str) -> String {
     )
 }
 
-/// Greatest errors of position (m) and velocity (m/s) over the rows, and the last position.
-fn fly(all: &Value, air: &str) -> (Worst, Worst, Vec3) {
+/// Greatest errors over the rows, and the last position.
+struct Flown {
+    /// m, m/s.
+    position: Worst,
+    velocity: Worst,
+    /// Geodetic latitude and longitude, deg; height, m.
+    place: [Worst; 2],
+    height: Worst,
+    /// Through the air: m/s, Mach number, and dynamic pressure over that of the file.
+    air: [Worst; 3],
+    last: Vec3,
+}
+
+fn fly(all: &Value, air: &str) -> Flown {
     let own = vec![Entry::service::<CutStandard>()];
     let mut sim = common::scene_with(own, &flight(all, air)).unwrap();
     let input = &all["inputs"];
@@ -189,11 +201,20 @@ fn fly(all: &Value, air: &str) -> (Worst, Worst, Vec3) {
     };
     let planet = &all["planet"];
     let shape =
-        linkwork_world::planet::Ellipsoid::new(num(&planet["a"]), 1.0 / num(&planet["inv_f"]));
-    let pose = linkwork_world::planet::Site::new(&shape.unwrap(), place, 0.0).pose;
+        linkwork_world::planet::Ellipsoid::new(num(&planet["a"]), 1.0 / num(&planet["inv_f"]))
+            .unwrap();
+    let pose = linkwork_world::planet::Site::new(&shape, place, 0.0).pose;
     let rate = num(&planet["omega"]);
-    let [mut r, mut v, mut mass] = [Worst(0.0); 3];
-    let mut last = Vec3::zeros();
+    let mut mass = Worst(0.0);
+    let none = [Worst(0.0); 3];
+    let mut f = Flown {
+        position: none[0],
+        velocity: none[0],
+        place: [none[0]; 2],
+        height: none[0],
+        air: none,
+        last: Vec3::zeros(),
+    };
     for want in rows(&all["rows"]) {
         let t = want[0];
         let phase = sim.phase().to_string();
@@ -208,9 +229,18 @@ fn fly(all: &Value, air: &str) -> (Worst, Worst, Vec3) {
         let turn = Quat::from_scaled_axis(Vec3::z() * (rate * t));
         let p = pose.transform_point(&get(&sim, "vehicle.position"));
         let over = pose.rotation * velocity(&sim, "vehicle");
-        last = turn * p;
-        r.take((last - vec3(&want[1..])).norm());
-        v.take((turn * (over + (Vec3::z() * rate).cross(&p)) - vec3(&want[4..])).norm());
+        f.last = turn * p;
+        f.position.take((f.last - vec3(&want[1..])).norm());
+        let inertial = turn * (over + (Vec3::z() * rate).cross(&p));
+        f.velocity.take((inertial - vec3(&want[4..])).norm());
+        let g = shape.geodetic(&p).unwrap();
+        f.place[0].take((g.latitude.to_degrees() - want[8]).abs());
+        f.place[1].take((g.longitude.to_degrees() - want[9]).abs());
+        f.height.take((g.altitude - want[10]).abs());
+        let aero = |name: &str| sim.get(&format!("Aero.{name}")).unwrap();
+        f.air[0].take((aero("airspeed") - want[11]).abs());
+        f.air[1].take((aero("mach") - want[12]).abs());
+        f.air[2].take((aero("dynamic_pressure") - want[13]).abs() / want[13].max(1e-30));
         let tank = |name: &str| sim.get(&format!("{name}.propellant")).unwrap_or(0.0);
         let dry = num(&input["stage2"]["m0_total"]) - num(&input["stage2"]["m_prop"]);
         let booster = num(&input["stage1"]["m0_total"])
@@ -218,22 +248,31 @@ fn fly(all: &Value, air: &str) -> (Worst, Worst, Vec3) {
             - num(&input["stage2"]["m0_total"]);
         let carried = if ["programme", "turn"].contains(&sim.phase()) { booster } else { 0.0 };
         mass.take((dry + carried + tank("Tank1") + tank("Tank2") - want[7]).abs());
-        println!("{t:8.3} s {:<10} {:.2e} m {:.2e} kg", sim.phase(), r.0, mass.0);
+        println!("{t:8.3} s {:<10} {:.2e} m {:.2e} kg", sim.phase(), f.position.0, mass.0);
     }
     mass.below(1e-7, "mass, kg");
-    (r, v, last)
+    f
 }
 
 #[test]
 fn two_stages_with_a_gravity_turn() {
     let Some(all) = reference("two_stage_ascent.json") else { return };
-    let (r, v, last) = fly(&all, "test.cut_standard");
+    let f = fly(&all, "test.cut_standard");
     // The file asks for 1 m and is itself right to 5e-4 m.
-    r.below(2e-3, "ascent, position, m");
-    v.below(1e-5, "ascent, velocity, m/s");
+    f.position.below(2e-3, "ascent, position, m");
+    f.velocity.below(1e-5, "ascent, velocity, m/s");
+    f.place[0].below(1e-8, "ascent, geodetic latitude, deg");
+    f.place[1].below(1e-8, "ascent, longitude, deg");
+    f.height.below(2e-3, "ascent, height over the ellipsoid, m");
+    f.air[0].below(1e-5, "ascent, speed through the air, m/s");
+    f.air[1].below(1e-6, "ascent, Mach number");
+    f.air[2].below(1e-6, "ascent, dynamic pressure, relative");
+    // The README tells how high it goes.
+    let top = num(&all["rows"].as_array().unwrap().last().unwrap()[10]);
+    assert!((top / 1e3 - 797.0).abs() < 0.5, "{top}");
     // Real air above 86 km, which the file has as an exponential.
-    let thin = fly(&all, "environment.us76").2;
-    let worth = (thin - last).norm();
+    let thin = fly(&all, "environment.us76").last;
+    let worth = (thin - f.last).norm();
     println!("the air above 86 km is worth {worth:.3} m");
     assert!((worth - 0.137).abs() < 5e-3, "{worth} m");
 }
@@ -261,6 +300,12 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
                 row[0], row[1], row[2], row[3]
             );
             told.push((phase.clone(), row));
+            if phase == "closed_loop" {
+                let ahead = common::rotation(&sim, "stage2") * Vec3::z();
+                let turn = ahead.angle(&common::get(&sim, "Guidance.force")).to_degrees();
+                println!("the second stage is to turn by {turn} deg");
+                assert!((turn - 52.5).abs() < 0.1, "{turn}");
+            }
             if phase == "orbit" {
                 let [low, high] =
                     ["pericentre", "apocentre"].map(|n| look(&sim, &format!("Orbit.{n}")));
@@ -270,6 +315,10 @@ fn a_launcher_reaches_its_orbit_phase_by_phase() {
                 // 200 km by 200 km is wanted.
                 assert!((low / 1e3 - 194.9).abs() < 0.2 && (high / 1e3 - 205.1).abs() < 0.2);
                 assert!((tilt - 28.343).abs() < 2e-3 && (left - 4880.0).abs() < 20.0);
+                // Downwards at the cutoff, which is what the ten kilometres between the apses are.
+                let sinks = -row[2] * row[3].to_radians().sin();
+                println!("{sinks} m/s downwards");
+                assert!((sinks - 6.0).abs() < 0.05, "{sinks}");
                 // Cut off at the energy, to the picosecond: the semi-major axis is that of the orbit.
                 assert!((0.5 * (low + high) - 200e3).abs() < 0.01, "{low} {high}");
             }
@@ -302,5 +351,16 @@ fn a_launcher_that_runs_dry_says_so() {
     let mut sim = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
     sim.run_until(seconds(600.0)).unwrap();
     assert_eq!(sim.phase(), "dry");
+    // What is missing along the way to the speed of a circle of 200 km at the end of the propellant, m/s: by energy.
+    let (mu, wanted) = (3.986_004_418e14, 6_578_137.0);
+    let mut sim_again = common::repository("ascent/sim.ron", &["kick=4.3 deg"]).unwrap();
+    while sim_again.phase() != "dry" {
+        sim_again.step_event().unwrap();
+    }
+    let at = |name: &str| sim_again.get(&format!("Orbit.{name}")).unwrap();
+    let (speed, energy) = (at("speed"), at("energy"));
+    let lacks = (speed * speed + 2.0 * (-mu / (2.0 * wanted) - energy)).sqrt() - speed;
+    println!("dry {lacks} m/s before the orbit, at {} s", sim_again.time());
+    assert!((lacks - 102.0).abs() < 0.5, "{lacks}");
     assert!(sim.get("Orbit.pericentre").unwrap() < 0.0);
 }

@@ -45,6 +45,8 @@ fn a_balloon_floats_where_it_displaces_its_mass_and_comes_down_and_rises() {
     assert!((told[2].2 - first).abs() < 60.0, "{} {first}", told[2].2);
     assert!((before - then).abs() < 120.0 && then > first, "{before} {then}");
     assert!(sim.get("Ballast.propellant").unwrap() == 0.0);
+    let east = sim.get("Ground.offset.x").unwrap();
+    assert!((east / 1e3 - 259.0).abs() < 0.5, "{east}");
     // As the README tells: s and m of each phase.
     let want = [
         (0.0, 500.0),

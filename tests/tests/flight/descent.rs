@@ -1,6 +1,6 @@
 //! Entry, parachute and powered descent beside what independent programs computed (DOP853 at 1e-12 relative; a conic solver).
 use linkwork_flight::guidance::convex::{Descent, Node, plan};
-use linkwork_flight::parachute::inflation::wrist_modes;
+use linkwork_flight::parachute::inflation::{terminal_speed, wrist_modes};
 use linkwork_spatial::nalgebra::{Matrix3, Quaternion, Rotation3, Vector3};
 use linkwork_spatial::{Quat, Vec3};
 use serde_json::Value;
@@ -83,7 +83,11 @@ fn mars_entry_with_three_degrees_of_freedom() {
     let text = entry(&all, folder.path(), TIGHT);
     let mut sim = common::scene(&text, &[]).unwrap();
     let [mut height, mut across, mut speed, mut heat, mut mach] = [Worst(0.0); 5];
-    for want in all["rows"].as_array().unwrap().iter().map(row) {
+    let [mut path, mut azimuth, mut density, mut last] = [Worst(0.0); 4];
+    let end = row(&all["planet_fixed_state_at_end"]);
+    let table: Vec<Vec<f64>> = all["rows"].as_array().unwrap().iter().map(row).collect();
+    assert_eq!(table.len(), 14);
+    for (k, want) in table.iter().enumerate() {
         let t = want[0];
         sim.run_until(seconds(t)).unwrap();
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -omega * t);
@@ -97,6 +101,16 @@ fn mars_entry_with_three_degrees_of_freedom() {
         speed.take((v.norm() - want[4]).abs());
         mach.take((sim.get("Aero.mach").unwrap() - want[7]).abs());
         heat.take((sim.get("Aero.heat_load").unwrap() / 1e4 - want[9]).abs());
+        let up = r / r.norm();
+        let east = Vec3::new(-r.y, r.x, 0.0) / r.x.hypot(r.y);
+        path.take(((v.dot(&up) / v.norm()).asin().to_degrees() - want[5]).abs());
+        let found = v.dot(&east).atan2(v.dot(&up.cross(&east))).to_degrees();
+        azimuth.take((found - want[6]).abs());
+        density.take((sim.get("Aero.density").unwrap() / want[8] - 1.0).abs());
+        if k + 1 == table.len() {
+            last.take((r - vec3(&end)).norm());
+            speed.take((v - vec3(&end[3..])).norm());
+        }
     }
     // The file asks for 0.1 m and 1e-3 m/s, and is itself right to 6e-5 m.
     height.below(2e-3, "3 dof, height, m");
@@ -104,6 +118,10 @@ fn mars_entry_with_three_degrees_of_freedom() {
     speed.below(1e-4, "3 dof, speed, m/s");
     mach.below(1e-6, "3 dof, Mach number");
     heat.below(1e-4, "3 dof, heat load, J/cm²");
+    path.below(1e-6, "3 dof, angle of the path, deg");
+    azimuth.below(1e-6, "3 dof, azimuth, deg");
+    density.below(1e-6, "3 dof, density, relative");
+    last.below(2e-3, "3 dof, place at the end in the planet's axes, m");
     // Faster than the last Mach number of the table at first: clamped, and told when it comes in.
     assert_eq!(sim.get("Aero.outside").unwrap(), 1.0);
 }
@@ -183,6 +201,8 @@ fn mars_entry_with_six_degrees_of_freedom() {
     );
     let mut sim = common::scene(&text, &[]).unwrap();
     let [mut r, mut v, mut q, mut w, mut alpha, mut g] = [Worst(0.0); 6];
+    let [mut height, mut speed, mut mach] = [Worst(0.0); 3];
+    let radius = num(&all["planet"]["R_ref"]);
     let mass = num(&input["mass"]);
     for want in &rows {
         sim.run_until(seconds(want[0])).unwrap();
@@ -193,6 +213,9 @@ fn mars_entry_with_six_degrees_of_freedom() {
         w.take((get(&sim, "capsule.angular") - vec3(&want[11..])).norm());
         alpha.take((sim.get("Aero.alpha").unwrap().to_degrees() - want[17]).abs());
         alpha.take((sim.get("Aero.beta").unwrap().to_degrees() - want[18]).abs());
+        height.take((get(&sim, "capsule.position").norm() - radius - want[14]).abs());
+        speed.take((sim.get("Aero.airspeed").unwrap() - want[15]).abs());
+        mach.take((sim.get("Aero.mach").unwrap() - want[16]).abs());
         let felt = sim.get("Aero.force").unwrap() / mass;
         // The file divides by standard gravity.
         g.take((felt / 9.80665 - want[19]).abs());
@@ -204,6 +227,9 @@ fn mars_entry_with_six_degrees_of_freedom() {
     w.below(1e-5, "6 dof, rates, rad/s");
     alpha.below(1e-3, "6 dof, angles of attack and sideslip, deg");
     g.below(1e-5, "6 dof, deceleration, g");
+    height.below(1e-3, "6 dof, height, m");
+    speed.below(1e-4, "6 dof, speed through the air, m/s");
+    mach.below(1e-6, "6 dof, Mach number");
     // The reference point of a shell behind its nose, a centre of mass beside the axis.
     assert!(Matrix3::from_fn(|a, b| i[a][b]).determinant() > 0.0);
 }
@@ -272,7 +298,7 @@ fn a_parachute_opens_behind_a_payload() {
         num(&chute["ka"]),
     );
     let mut sim = common::scene(&text, &[]).unwrap();
-    let [mut r, mut v, mut q, mut w, mut extension] = [Worst(0.0); 5];
+    let [mut r, mut v, mut q, mut w, mut extension, mut tension] = [Worst(0.0); 6];
     for want in &rows {
         sim.run_until(seconds(want[0])).unwrap();
         for (body, at) in [("payload", 1), ("chute", 14)] {
@@ -283,6 +309,7 @@ fn a_parachute_opens_behind_a_payload() {
         q.take(rotation(&sim, "payload").angle_to(&turned));
         w.take((get(&sim, "payload.angular") - vec3(&want[11..])).norm());
         extension.take((sim.get("Riser.extension").unwrap() - want[20]).abs());
+        tension.take((sim.get("Riser.tension").unwrap() - want[21]).abs());
     }
     // The file asks for 0.02 m, and is itself right to 3e-5 m and 7e-5 m/s.
     r.below(1e-3, "parachute, positions, m");
@@ -290,16 +317,32 @@ fn a_parachute_opens_behind_a_payload() {
     q.below(1e-5, "parachute, attitude, rad");
     w.below(1e-5, "parachute, rates, rad/s");
     extension.below(1e-4, "parachute, length of the riser, m");
+    // 62 kN/m and 900 N s/m times what the lengths and their rates are off by.
+    tension.below(10.0, "parachute, tension of the riser, N");
     let changes = all["number_of_slack_taut_events"].as_f64().unwrap();
     assert_eq!(sim.get("Riser.changes").unwrap(), changes);
-    let speed = velocity(&sim, "payload").norm() - num(&all["quasi_static_terminal_speed_at_end"]);
-    assert!(speed.abs() < 8.0, "{speed}");
-    // Times of the changes: the run stops after every event.
+    // √(2 m g/(ρ C_D S)) of payload and canopy where the payload is at the end; it still slows down.
+    let areas = num(&chute["CD0"]) * num(&chute["S0"]) + num(&load["CDS"]);
+    let height = get(&sim, "payload.position").z;
+    let density = num(&input["rho0"]) * (-height / num(&input["H"])).exp();
+    let of_both = num(&load["mass"]) + num(&chute["mass"]);
+    let terminal = terminal_speed(of_both, num(&input["g"]), density, areas);
+    let off = (terminal - num(&all["quasi_static_terminal_speed_at_end"])).abs();
+    assert!(off < 1e-4, "{terminal} m/s");
+    let sinks = -velocity(&sim, "payload").z;
+    println!("sinks at {sinks} m/s, without changes it would at {terminal} m/s");
+    assert!((sinks / terminal - 1.0).abs() < 0.03, "{sinks} {terminal}");
+    // Times of the changes: the run stops after every event. The peak is told of the integrator's own steps,
+    // "about 0.1 % low at most".
     let mut sim = common::scene(&text, &[]).unwrap();
     let mut found = Vec::new();
-    let mut changes = 0.0;
-    while sim.time() < 1.4 {
+    let (mut changes, mut peak) = (0.0, (0.0, 0.0));
+    while sim.time() < 3.0 {
         sim.step_event().unwrap();
+        let pull = sim.get("Riser.tension").unwrap();
+        if pull > peak.0 {
+            peak = (pull, sim.time());
+        }
         let now = sim.get("Riser.changes").unwrap();
         if now != changes {
             found.push(sim.time());
@@ -311,6 +354,10 @@ fn a_parachute_opens_behind_a_payload() {
     for (a, b) in found.iter().zip(events) {
         assert!((a - num(&b[0])).abs() < 1e-6, "{found:?}");
     }
+    let told = &all["peak_tension"];
+    println!("peak {} N at {} s", peak.0, peak.1);
+    assert!((peak.0 / num(&told["N"]) - 1.0).abs() < 1e-3, "{peak:?}");
+    assert!((peak.1 - num(&told["t"])).abs() < 0.011, "{peak:?}");
 }
 
 /// The descent of `gfold_socp.json`.
@@ -397,8 +444,8 @@ fn fuel_optimal_powered_descent() {
         far.take((fuel - want[1]).abs());
         above.take((fuel - want[1]).max(0.0));
     }
-    near.below(0.1, "fuel within 5 s of the best time, kg");
-    far.below(0.7, "fuel at other times, kg");
+    near.below(0.04, "fuel within 5 s of the best time, kg");
+    far.below(0.66, "fuel at other times, kg");
     above.below(1e-4, "fuel above that of the file, kg");
     for (time, nodes, want) in ECOS {
         third.take((planned(time, nodes).0 - want).abs());
@@ -410,16 +457,27 @@ fn fuel_optimal_powered_descent() {
     let fuel = |time: f64| planned(time, 100).0;
     assert!(fuel(best) < fuel(best - 1.0) && fuel(best) < fuel(best + 1.0));
     let (fuel, p) = planned(best, 200);
-    Worst((fuel - num(&all["fuel_N200"])).abs()).below(0.1, "fuel of 200 intervals, kg");
-    let [mut beside, mut masses, mut third] = [Worst(0.0); 3];
+    Worst((fuel - num(&all["fuel_N200"])).abs()).below(0.015, "fuel of 200 intervals, kg");
+    let [mut beside, mut speeds, mut masses, mut third] = [Worst(0.0); 4];
+    let mut thrusts = [Worst(0.0); 2];
     let rows: Vec<Vec<f64>> = all["nodes_N200"].as_array().unwrap().iter().map(row).collect();
     for want in &rows {
         let n = &p[(want[0] / best * 200.0).round() as usize];
         beside.take((n.position - vec3(&want[1..4])).norm());
+        speeds.take((n.velocity - vec3(&want[4..7])).norm());
+        // Where both are at the limit of the throttle, and where theirs is still between the limits.
+        let full = [9.75, 19.5].iter().all(|t| *t != want[0]);
+        let thrust = if full { &mut thrusts[0] } else { &mut thrusts[1] };
+        thrust.take((n.thrust - vec3(&want[7..10])).norm());
         masses.take((n.mass - want[10]).abs());
     }
-    // The optimum is flat: 0.01 kg are 4.5 m in the middle.
-    beside.below(5.0, "position beside the file's, m");
+    // The file says 0.5 m, as of a solution that is right to 0.003 kg; its own is 0.014 kg above ours, which a third
+    // solver finds too (below). The optimum is flat: that is 4.4 m in the middle, 0.36 m/s, and another thrust where
+    // the throttle is about to change over.
+    beside.below(4.5, "position beside the file's, m");
+    speeds.below(0.4, "velocity beside the file's, m/s");
+    thrusts[0].below(0.1, "full thrust over mass beside the file's, m/s²");
+    thrusts[1].below(2.3, "thrust over mass at a change beside the file's, m/s²");
     masses.below(0.4, "mass beside the file's, kg");
     for (k, want) in ECOS_PLACES {
         third.take((p[k].position - Vec3::from(want)).norm());

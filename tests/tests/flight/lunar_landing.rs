@@ -76,7 +76,11 @@ fn a_lander_comes_down_on_the_moon_and_stays() {
     assert!((left - 341.8).abs() < 1.0);
     assert!((thrust / 11.0e3 - 1.0).abs() < 0.01 && (force / 9.0e3 - 1.0).abs() < 0.01);
     let (slope, rough, off) = chosen(&sim);
-    assert!(slope < 6f64.to_radians() && rough < 0.3 && off < 0.3);
+    assert!((slope.to_degrees() - 2.2).abs() < 0.05 && (rough - 0.18).abs() < 0.005, "{slope}");
+    assert!((off - 0.13).abs() < 0.005, "{off}");
+    let (safe, chosen) = (sim.get("Map.safe").unwrap(), get(&sim, "Map.place"));
+    assert!((safe - 0.10).abs() < 0.005, "{safe}");
+    assert!((chosen.x + 15.0).abs() < 0.5 && chosen.y.abs() < 3.0, "{chosen}");
     let (mass, g) = (1450.0 + left, MU / RADIUS.powi(2) - (RATE * LATITUDE.cos()).powi(2) * RADIUS);
     let crushed = |k: u32| sim.get(&format!("Leg{k}.crushed")).unwrap();
     let taken: f64 = (1..=4).map(|k| sim.get(&format!("Leg{k}.taken")).unwrap()).sum();
@@ -102,9 +106,10 @@ fn without_the_divert_it_stands_where_it_is_dangerous() {
     assert!(told.iter().any(|t| t.0 == "least_danger") && !told.iter().any(|t| t.0 == "divert"));
     let (slope, rough, off) = chosen(&sim);
     assert!(get(&sim, "Map.place").xy().norm() < 1e-9);
-    assert!(slope > 15f64.to_radians() && rough > 1.0);
+    assert!((slope.to_degrees() - 16.6).abs() < 0.05 && (rough - 1.0).abs() < 0.1, "{rough}");
     // It slides down from where it touches, and hangs on a boulder.
-    assert!(tilt(&sim) > 25f64.to_radians() && off > 1.0, "{} {off}", tilt(&sim));
+    let lean = tilt(&sim).to_degrees();
+    assert!((lean - 32.0).abs() < 0.5 && (off - 1.9).abs() < 0.05, "{lean} {off}");
 }
 
 /// Where nothing is safe, here because the map itself is rougher than what is allowed, it goes to the least danger, by a phase of its own.

@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn shocks_are_those_of_the_closed_form_and_of_an_integration() {
         // C_D S of MSL: 0.65 of a disk of 21.35 m. Golden numbers computed elsewhere, and integrated there.
-        for (m, cds, rho, v, tf, n, a, tau, peak, end) in [
+        for (m, cds, rho, v, tf, n, a, tau, peak, end, infinite, factor) in [
             (
                 2920.0,
                 232.70140031790172,
@@ -124,6 +124,8 @@ mod tests {
                 1.0,
                 118718.47360112572,
                 396.2031948330804,
+                124048.75335821744,
+                0.957030767236335,
             ),
             (
                 600.0,
@@ -136,6 +138,8 @@ mod tests {
                 1.0,
                 58262.67722976158,
                 254.43330763299923,
+                98010.0,
+                0.5944564557673868,
             ),
             (
                 400.0,
@@ -148,6 +152,8 @@ mod tests {
                 0.6197980942410934,
                 20078.22315052765,
                 22.58064516129032,
+                117600.0,
+                0.17073319005550724,
             ),
         ] {
             let f = FiniteMass {
@@ -163,6 +169,9 @@ mod tests {
                 (f.peak(), tau),
                 (f.force_at(f.peak()), peak),
                 (f.speed_at(1.0), end),
+                // A mass so great that it does not slow down; the shock factor X₁ (EDL.md e) is of its force.
+                (FiniteMass { mass: 1e30, ..f }.force_at(1.0), infinite),
+                (f.force_at(f.peak()) / FiniteMass { mass: 1e30, ..f }.force_at(1.0), factor),
             ] {
                 assert!((found / want - 1.0).abs() < 1e-13, "{found} {want}");
             }

@@ -1,0 +1,139 @@
+//! Bad input of flights: a tank with less than nothing in it, guidance without a solution, an epoch that runs out of
+//! its tables. What is wrong is told, and the flight goes on by its fallback or ends in order.
+use linkwork_spatial::Vec3;
+
+use crate::common::{get, scene, seconds, velocity};
+
+#[test]
+fn a_tank_with_negative_propellant_is_refused() {
+    let text = r#"Simulation(
+    bodies: { "stage": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10]) },
+    parts: {
+        "Tank": (model: "flight.propellant_tank", params: { "propellant": "-1 kg", "radius": "0.5 m" }, bind: { "bottom": "node:stage" }),
+    },
+    gravity: "none", step: "10 ms", until: "1 s",
+)"#;
+    let told = scene(text, &[]).err().unwrap();
+    let place = format!("start: {}", text.find("\"-1 kg\"").unwrap());
+    for part in ["`Tank.propellant` = -1 kg is out of range 0 ..", &place] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    assert!(scene(&text.replace("-1 kg", "1 kg"), &[]).is_ok());
+}
+
+/// Below its glide slope `flight.convex_descent` has no plan: that is an output, which the log has, and the
+/// quadratic law brings the lander down at the end of `times`.
+#[test]
+fn a_convex_descent_without_a_plan_says_so_and_comes_down() {
+    let text = |start: &str| {
+        format!(
+            r#"Simulation(
+    bodies: {{ "lander": (parent: "world", hinge: Free, mass: 1505, inertia: [1500, 1500, 1800], initial: ({start})) }},
+    parts: {{
+        "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -3.7114] }}),
+        "Tank": (model: "flight.propellant_tank", params: {{ "propellant": 400, "radius": "10 um", "density": 1e20 }}, bind: {{ "bottom": "node:lander" }}),
+        "Mass": (model: "basics.gain", params: {{ "k": 1, "offset": 1505 }}),
+        "Guidance": (
+            model: "flight.convex_descent", rate: "10 Hz", bind: {{ "body": "node:lander" }},
+            params: {{ "dry": 1505, "specific_impulse": 225, "thrust": 18600, "throttle": [0.2, 0.9], "glide": "15 deg", "velocity": [0, 0, -0.5], "times": [30, 70], "nodes": 30 }},
+        ),
+        "Engine": (model: "flight.vector_thrust", params: {{ "specific_impulse": 225, "lag": "50 ms" }}, bind: {{ "body": "node:lander" }}),
+    }},
+    wires: [
+        "Tank.propellant -> Mass.u", "Mass.y -> Guidance.mass", "Guidance.force -> Engine.command",
+        "Engine.flow -> Tank.flow", "Tank.supplies -> Engine.supply",
+    ],
+    step: "20 ms", until: "80 s", integrator: "rk4",
+)"#
+        )
+    };
+    let planned = text("position: [2000, 450, 1500], velocity: [-40, 12, -65]");
+    let mut sim = scene(&planned, &[]).unwrap();
+    sim.run_until(seconds(0.2)).unwrap();
+    assert_eq!(sim.get("Guidance.planned").unwrap(), 1.0);
+    let mut sim = scene(&text("position: [1500, 0, 150], velocity: [-20, 0, 2]"), &[]).unwrap();
+    for k in 1..=700 {
+        sim.run_until(seconds(f64::from(k) * 0.1)).unwrap();
+        assert_eq!(sim.get("Guidance.planned").unwrap(), 0.0);
+    }
+    let (place, speed) = (get(&sim, "lander.position"), velocity(&sim, "lander"));
+    println!("{place} {speed}");
+    assert!(place.norm() < 1.0 && (speed + Vec3::z() * 0.5).norm() < 1.0, "{place} {speed}");
+}
+
+/// `flight.linear_tangent` for a stage that is as fast as its orbit, or becomes so by a push that nobody told it of:
+/// `Guidance.lost`, an output that the log has. Without a solution from the start it does not push; else the last
+/// steering, sin θ = A + B t, goes on.
+#[test]
+fn an_ascent_without_a_solution_says_so_and_holds_its_steering() {
+    let text = |speed: f64, push: f64| {
+        format!(
+            r#"Simulation(
+    bodies: {{ "stage": (parent: "world", hinge: Free, mass: "20 t", inertia: [1e5, 1e5, 1e4], initial: (position: [6.55e6, 0, 0], velocity: [200, {speed}, 0])) }},
+    parts: {{
+        "Gravity": (model: "environment.point_mass_gravity", params: {{ "mu": 3.986004418e14 }}),
+        "Push": (model: "flight.body_load", params: {{ "rows": [(time: 0, force: [0, 0, 0]), (time: 20.1, force: [0, {push}, 0]), (time: 20.4, force: [0, 0, 0])] }}, bind: {{ "body": "node:stage" }}),
+        "Mass": (model: "basics.constant", params: {{ "value": 20000 }}),
+        "Guidance": (
+            model: "flight.linear_tangent", rate: "2 Hz", bind: {{ "body": "node:stage" }},
+            params: {{ "radius": 6578137, "along": 7784.3, "thrust": 1e5, "specific_impulse": 348, "mu": 3.986004418e14 }},
+        ),
+        "Engine": (model: "flight.vector_thrust", params: {{ "specific_impulse": 348, "lag": 0 }}, bind: {{ "body": "node:stage" }}),
+    }},
+    wires: ["Mass.y -> Guidance.mass", "Guidance.force -> Engine.command"],
+    step: "100 ms", integrator: "rk4", until: "60 s",
+)"#
+        )
+    };
+    let mut sim = scene(&text(8000.0, 0.0), &[]).unwrap();
+    for k in 1..=40 {
+        sim.run_until(seconds(f64::from(k))).unwrap();
+        let force = get(&sim, "Guidance.force").norm();
+        assert_eq!((sim.get("Guidance.lost").unwrap(), force), (1.0, 0.0));
+    }
+    let mut sim = scene(&text(7000.0, 8e7), &[]).unwrap();
+    sim.run_until(seconds(19.5)).unwrap();
+    assert_eq!(sim.get("Guidance.lost").unwrap(), 0.0);
+    let mut sines = Vec::new();
+    for k in 22..=40 {
+        sim.run_until(seconds(f64::from(k))).unwrap();
+        assert_eq!(sim.get("Guidance.lost").unwrap(), 1.0, "{k} s");
+        assert!((get(&sim, "Guidance.force").norm() / 1e5 - 1.0).abs() < 1e-12);
+        sines.push(sim.get("Guidance.pitch").unwrap().sin());
+    }
+    let slopes: Vec<f64> = sines.windows(2).map(|w| w[1] - w[0]).collect();
+    println!("{sines:?}");
+    assert!(slopes[0].abs() > 1e-6, "{slopes:?}");
+    assert!(slopes.iter().all(|b| (b - slopes[0]).abs() < 1e-12), "{slopes:?}");
+}
+
+/// SOFA's series of the Earth ends in 2100, J2000 + 36525 days: a run that goes on beyond is stopped at the first
+/// row that has no Sun. The message has time and body; that the epoch is the cause only the refusal of a later
+/// start says.
+#[test]
+fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
+    let file = linkwork_tests::root().join("sims/earth_orbit/ggm03s_20.txt").display().to_string();
+    let text = |epoch: &str| {
+        format!(
+            r#"Simulation(
+    bodies: {{ "craft": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10], initial: (position: [4.2e7, 0, 0], velocity: [0, 3080, 0])) }},
+    parts: {{
+        "Gravity": (model: "environment.spherical_harmonics", params: {{ "file": {file:?}, "format": basilisk, "degree": 2,
+            "third_bodies": ["sun", "moon"], "planet": (body: "earth", turns: "still", epoch: "{epoch}", span: "1 h") }}),
+    }},
+    step: "100 s", integrator: "rk4", until: "1000000 s",
+)"#
+        )
+    };
+    let mut sim = scene(&text("2089-12-25 00:00:00 UTC"), &[]).unwrap();
+    sim.run_until(seconds(1e6)).unwrap();
+    let mut sim = scene(&text("2099-12-25 00:00:00 UTC"), &[]).unwrap();
+    let told = sim.run_until(seconds(1e6)).unwrap_err().to_string();
+    // Noon of 1 January 2100 TDB is 7.5 days behind the start, 69 s of TT − UTC earlier.
+    assert!((sim.time() - 7.5 * 86_400.0).abs() < 200.0, "{told}");
+    assert!(told.contains(&format!("t = {} s", sim.time())) && told.contains("`craft`"), "{told}");
+    let told = scene(&text("2100-06-25 00:00:00 UTC"), &[]).err().unwrap();
+    for part in ["`Gravity.third_bodies`", "days past J2000", "hold from 1900 to 2100"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+}
