@@ -13,5 +13,6 @@ mod rendezvous;
 mod site;
 mod site_spacecraft;
 mod spacecraft;
+mod surroundings;
 mod thrusters;
 mod trajectories;
