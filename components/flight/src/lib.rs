@@ -38,6 +38,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<aerodynamics::rate_damping::RateDamping>(),
         Entry::model::<attitude::bank_control::BankControl>(),
         Entry::model::<attitude::control_moment_gyro::ControlMomentGyro>(),
+        Entry::model::<attitude::gravity_gradient::GravityGradient>(),
         Entry::model::<attitude::magnetic::MagneticField>(),
         Entry::model::<attitude::magnetic::MagneticTorquer>(),
         Entry::model::<attitude::reaction_wheel::ReactionWheel>(),

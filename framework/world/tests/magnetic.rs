@@ -55,6 +55,24 @@ fn the_field_has_no_sources_and_no_currents() {
     }
 }
 
+/// Of degree 1 it is the dipole; the coefficients of 2020 are those of `far_away_it_is_a_dipole`.
+#[test]
+fn a_field_is_cut_at_a_degree() {
+    let epoch = Epoch::parse("2020-01-01 00:00:00 UTC").unwrap();
+    let cut = |degree: usize| Igrf::v14().truncated(degree).map(|i| i.at(&epoch).unwrap());
+    let m = Vec3::new(-1451.37e-9, 4653.35e-9, -29403.41e-9);
+    let p = Vec3::new(4e6, -3e6, 5e6);
+    near3(&cut(1).unwrap().at(&p), &dipole(&m, &p), 1e-10, "degree 1");
+    let whole = Igrf::v14().at(&epoch).unwrap().at(&p);
+    assert_eq!(cut(Igrf::v14().degree()).unwrap().at(&p), whole);
+    let (five, twelve) =
+        ((cut(5).unwrap().at(&p) - whole).norm(), (cut(12).unwrap().at(&p) - whole).norm());
+    assert!(twelve > 0.0 && five > 10.0 * twelve && five < 3e-6, "{five} {twelve}");
+    for wrong in [0, 14] {
+        assert!(cut(wrong).is_err_and(|e| e.to_string().contains("degree of a magnetic field")));
+    }
+}
+
 #[test]
 fn years_and_tables_are_checked() {
     let igrf = Igrf::v14();

@@ -1,7 +1,8 @@
-//! What turns a spacecraft: wheels, control moment gyros, magnetic torquers, gimballed engines.
+//! What turns a spacecraft: wheels, control moment gyros, magnetic torquers, gimballed engines, the gradient of gravity.
 
 pub mod bank_control;
 pub mod control_moment_gyro;
+pub mod gravity_gradient;
 pub mod magnetic;
 pub mod reaction_wheel;
 pub mod thrust_vector;

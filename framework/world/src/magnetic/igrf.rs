@@ -101,6 +101,26 @@ impl Igrf {
         (self.years[0], self.years[self.years.len() - 1] + YEARS_AFTER)
     }
 
+    /// Highest degree.
+    #[must_use]
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
+    /// The same without what is above `degree`.
+    ///
+    /// # Errors
+    /// A degree of 0, or one that the table has not.
+    pub fn truncated(mut self, degree: usize) -> Result<Self, WorldError> {
+        let own = self.degree;
+        let help = "from 1 to the highest of the table, 13 of the built-in one";
+        let fits = |n: f64| (1.0..=own as f64).contains(&n);
+        number("degree of a magnetic field", degree as f64, fits, help)?;
+        self.rows.retain(|row| row.n <= degree);
+        self.degree = degree;
+        Ok(self)
+    }
+
     /// The field at an epoch. It changes by some 100 nT a year: for a flight of days it is constant.
     ///
     /// # Errors

@@ -1,0 +1,171 @@
+//! `flight.gravity_gradient`: the torque by which a planet's pull turns a long body towards the vertical.
+//! ```text
+//! M = 3 μ/r³ r̂ × (I r̂)      body axes      I about the centre of mass, r from the planet's centre to the node
+//! ```
+//! Of a point mass, and to the first order in the body's size over r: J₂ of the Earth changes it by some 0.1 %. A body feels it
+//! only through this part: gravity acts on each body of the mechanism at its centre of mass. Bodies of a mechanism
+//! that are small or locked together need one part with the inertia of the whole; of bodies far apart the pull on
+//! each one gives the torque of their distance, and a part on each that of its own inertia.
+
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::Mat3;
+use linkwork_world::gravity::torque;
+
+/// Planet and body.
+#[derive(Params, Clone, Debug)]
+pub struct GravityGradientParams {
+    /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node; as the body's own `inertia`.
+    #[param(unit = "kg m^2")]
+    pub inertia: Vec3,
+    /// The rest of the matrix of inertia: xy, xz, yz.
+    #[param(unit = "kg m^2", default = Vec3::zeros())]
+    pub products: Vec3,
+    /// μ of the planet.
+    #[param(unit = "m^3/s^2", default = 3.986_004_418e14, range = 1e-9..)]
+    pub mu: f64,
+    /// Gravity, which knows the site that W may be; otherwise the planet is at the origin of W.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
+}
+
+/// The body.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GravityGradientIn {
+    /// Node with the axes of the inertia, near the centre of mass.
+    #[port(bind = "body")]
+    pub body: NodeState,
+}
+
+/// Load.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GravityGradientOut {
+    /// On the body.
+    #[port(bind = "body")]
+    pub load: Wrench,
+    /// The torque, axes of the node.
+    #[port("N m")]
+    pub torque: Vec3,
+}
+
+/// Torque of a gravity gradient.
+pub struct GravityGradient {
+    mu: f64,
+    inertia: Mat3,
+    site: Option<Site>,
+}
+
+/// Torque of a planet's gravity gradient on a body.
+#[model("flight.gravity_gradient")]
+impl Model for GravityGradient {
+    type Params = GravityGradientParams;
+    type Ud = GravityGradientIn;
+    type Yd = GravityGradientOut;
+    fn build(p: GravityGradientParams) -> Result<Self, BuildError> {
+        let (i, j) = (p.inertia, p.products);
+        let inertia = Mat3::new(i.x, j.x, j.y, j.x, i.y, j.z, j.y, j.z, i.z);
+        let main = inertia.symmetric_eigenvalues();
+        // Of a flat plate the greatest is the sum of the others.
+        let round = 1e-9 * main.amax();
+        if !(main.min() >= -round && main.sum() - 2.0 * main.max() >= -round) {
+            let fact = format!(
+                "no body has this inertia: its principal moments are {:.6e}, {:.6e}, {:.6e} kg m^2",
+                main.x, main.y, main.z
+            );
+            return Err(BuildError::new(fact)
+                .help("none is below 0 or above the sum of the others; write the body's own")
+                .at(if j == Vec3::zeros() { "inertia" } else { "products" }));
+        }
+        let site = p.gravity.as_ref().and_then(|g| g.site());
+        Ok(GravityGradient { mu: p.mu, inertia, site })
+    }
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &GravityGradientIn) -> GravityGradientOut {
+        let r = self.site.map_or(u.body.position, |s| s.from_centre(&u.body.position));
+        let torque = torque(self.mu, &self.inertia, &(u.body.rotation.inverse() * r));
+        let load = Wrench { moment: u.body.rotation * torque, force: Vec3::zeros() };
+        GravityGradientOut { load, torque }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::attitude::tests::fast_site;
+
+    fn params() -> GravityGradientParams {
+        GravityGradientParams {
+            inertia: Vec3::new(900.0, 1100.0, 1500.0),
+            products: Vec3::new(20.0, -15.0, 30.0),
+            mu: 3.986_004_418e14,
+            gravity: None,
+        }
+    }
+
+    fn at(p: GravityGradientParams, body: NodeState) -> GravityGradientOut {
+        let m = GravityGradient::build(p).unwrap();
+        m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &GravityGradientIn { body }, &())
+    }
+
+    /// Golden numbers of `framework/world/tests/gravity.rs`; and the pull on six masses that have this inertia.
+    #[test]
+    fn it_is_the_sum_of_the_pull_on_the_parts_of_the_body() {
+        let rotation = Quat::from_euler_angles(0.4, 0.2, -0.6);
+        let r = Vec3::new(3e6, -5e6, 4e6);
+        let body = NodeState { position: rotation * r, rotation, ..NodeState::identity() };
+        let y = at(params(), body);
+        let golden =
+            Vec3::new(-0.0005239084965177083, -0.0004907625748529336, -0.00022052184617788614);
+        assert!((y.torque - golden).norm() < 1e-17, "{}", y.torque);
+        assert!((rotation * golden - y.load.moment).norm() < 1e-17 && y.load.force.norm() == 0.0);
+        // Two masses m/2 at ±√(k/m) along each principal axis of ∫ x xᵀ dm, whose values are k.
+        let p = params();
+        let (i, j) = (p.inertia, p.products);
+        let inertia = Mat3::new(i.x, j.x, j.y, j.x, i.y, j.z, j.y, j.z, i.z);
+        let spread = (Mat3::identity() * (0.5 * inertia.trace()) - inertia).symmetric_eigen();
+        // Arms of some kilometres, so that the difference is not lost in rounding.
+        let (mut moment, mass) = (Vec3::zeros(), 1e-4);
+        for k in 0..3 {
+            let axis = spread.eigenvectors.column(k) * (spread.eigenvalues[k] / mass).sqrt();
+            for arm in [axis, -axis] {
+                let at = r + arm;
+                moment += arm.cross(&(at * (-p.mu * 0.5 * mass / at.norm().powi(3))));
+            }
+        }
+        assert!((moment - golden).norm() < 1e-4 * golden.norm(), "{moment}");
+    }
+
+    #[test]
+    fn from_a_site_it_is_that_of_inertial_axes() {
+        let (site, gravity) = fast_site();
+        let body = NodeState {
+            position: Vec3::new(3e5, -2e5, 1e5),
+            rotation: Quat::from_euler_angles(0.4, 0.2, -0.6),
+            ..NodeState::identity()
+        };
+        let here = at(GravityGradientParams { gravity: Some(gravity), ..params() }, body);
+        let turn = site.to_inertial(40.0);
+        let position = turn * site.from_centre(&body.position);
+        let outside = NodeState { position, rotation: turn * body.rotation, ..body };
+        let there = at(params(), outside);
+        assert!((here.torque - there.torque).norm() < 1e-12 * there.torque.norm());
+        assert!((turn * here.load.moment - there.load.moment).norm() < 1e-12 * there.torque.norm());
+        assert!(there.torque.norm() > 1e-4);
+    }
+
+    #[test]
+    fn an_inertia_that_no_body_has_is_refused() {
+        for (inertia, products, name) in [
+            (Vec3::new(1.0, 1.0, 3.0), Vec3::zeros(), "inertia"),
+            (Vec3::new(-1.0, 1.0, 1.0), Vec3::zeros(), "inertia"),
+            (Vec3::new(2.0, 2.0, 2.0), Vec3::new(3.0, 0.0, 0.0), "products"),
+        ] {
+            let p = GravityGradientParams { inertia, products, ..params() };
+            let e = GravityGradient::build(p).err().unwrap();
+            assert!(e.param.as_deref() == Some(name) && e.help.is_some(), "{}", e.message);
+        }
+        // A rod and a plate are bodies.
+        for inertia in [Vec3::new(0.0, 5.0, 5.0), Vec3::new(1.0, 2.0, 3.0)] {
+            let p = GravityGradientParams { inertia, products: Vec3::zeros(), ..params() };
+            assert!(GravityGradient::build(p).is_ok());
+        }
+    }
+}
