@@ -384,7 +384,7 @@ mod tests {
         println!("{coarse} kg, {fine} kg, {limit} kg");
         assert!((limit - 390.4417).abs() < 5e-4 && (coarse - limit).abs() < 5e-3, "{limit}");
         let other = Descent { specific_impulse: d.specific_impulse * 9.807 / 9.80665, ..d };
-        let limit = burnt(&other, 400) + (fine - coarse) / 3.0;
+        let limit = burnt(&other, 200) + (limit - coarse);
         println!("{limit} kg with 9.807 m/s²");
         assert!((limit - 390.43).abs() < 5e-3, "{limit}");
         assert!(p.iter().all(|n| n.position.z > -1e-3));
