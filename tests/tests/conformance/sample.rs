@@ -176,6 +176,11 @@ pub fn params(entry: &Entry) -> Value {
         let target = [0.3, -0.8, 0.4].map(|x| Value::Number(x).into());
         entries.push(("target".into(), Value::List(target.to_vec()).into()));
     }
+    // Needed by its `degree`.
+    if d.name == "flight.magnetic_field" {
+        let date = Value::Text("2025-01-01 00:00:00 UTC".into());
+        entries.push(("epoch".into(), date.into()));
+    }
     Value::Map(entries)
 }
 
