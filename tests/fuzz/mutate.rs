@@ -6,7 +6,7 @@
 //! ```
 #![allow(dead_code)] // Each test takes a part of it.
 #[path = "../common/splitmix.rs"]
-pub mod splitmix;
+mod splitmix;
 use splitmix::splitmix;
 
 /// Numbers of a counter, as of a key.

@@ -3,7 +3,4 @@
 
 #[path = "../../../tests/common/misfit.rs"]
 mod misfit;
-#[path = "../../../tests/fuzz/mutate.rs"]
-mod mutate;
-mod mutations;
 mod schema;

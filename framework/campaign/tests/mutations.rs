@@ -1,5 +1,7 @@
 //! Campaign files and outcomes under mutations, and what fuzzing kept of them: they are refused, and nothing panics.
-use crate::mutate;
+#![allow(clippy::unwrap_used)]
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
 use linkwork_campaign::{Cause, Form, Outcome};
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! URDF export: what is written reads back as the same mechanism.
 
-use crate::mutate::splitmix::splitmix;
+use crate::splitmix::splitmix;
 use linkwork_dynamics::{Tree, Workspace, kinematics, mass_matrix};
 use linkwork_formats::multibody::{
     BodySpec, Builder, Friction, Hinge, Limits, Multibody, Stop, SubhingeKind,

@@ -1,9 +1,13 @@
 //! Files of heights that say more than they hold, that are cut, and that are damaged: refused or read, never a panic, and
 //! no memory for what a header claims.
+#![allow(clippy::unwrap_used)]
 use linkwork_formats::heights::{Heights, HeightsError, HeightsOptions, read_heights};
 
-use crate::mutate;
-use crate::raster::{Tiff, alone, bmp, png, png_of};
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
+#[path = "support/raster.rs"]
+mod raster;
+use raster::{Tiff, alone, bmp, png, png_of};
 
 /// Memory is that of the process: tests that look at it go one after another.
 static ALONE: std::sync::Mutex<()> = std::sync::Mutex::new(());

@@ -5,14 +5,13 @@ mod daveml;
 mod export;
 mod fuzz;
 mod heights;
-mod heights_damage;
 mod heights_written;
 mod mjcf;
-#[path = "../../../tests/fuzz/mutate.rs"]
-mod mutate;
 #[path = "support/raster.rs"]
 mod raster;
 mod robots;
 mod sdf;
+#[path = "../../../tests/common/splitmix.rs"]
+mod splitmix;
 mod srdf;
 mod urdf;

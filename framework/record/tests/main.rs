@@ -2,6 +2,3 @@
 #![allow(clippy::unwrap_used)]
 
 mod export;
-#[path = "../../../tests/fuzz/mutate.rs"]
-mod mutate;
-mod mutations;

@@ -1,6 +1,8 @@
 //! Logs under mutations, without the checksums that would find them out, and what fuzzing kept: rows are read or the log
 //! is refused, and nothing panics.
-use crate::mutate;
+#![allow(clippy::unwrap_used)]
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
 use linkwork_record::{export_parquet, read_log_contents};
 use mcap::records::{MessageHeader, Metadata};
 use std::borrow::Cow;

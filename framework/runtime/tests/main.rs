@@ -9,9 +9,6 @@ mod fields;
 mod joints;
 mod mechanism;
 mod model_macro;
-#[path = "../../../tests/fuzz/mutate.rs"]
-mod mutate;
-mod mutations;
 mod outputs_in_deriv;
 mod pins;
 mod run;

@@ -1,7 +1,10 @@
 //! Checkpoints under mutations, their checksums made to fit, and what fuzzing kept: a state is taken or refused, and
 //! nothing panics.
-use crate::common::*;
-use crate::mutate;
+#![allow(clippy::unwrap_used)]
+mod common;
+#[path = "../../../tests/fuzz/mutate.rs"]
+mod mutate;
+use common::*;
 use linkwork_runtime::*;
 
 /// With the checksum of its contents, so that these are looked at.
