@@ -6,7 +6,7 @@
 //! Robot        one instance: its q, what it holds, all its memory     Send; a clone is independent
 //! ```
 //! Names are looked up once, at the model; the handles ([`Part`], [`Object`]) are `Copy`. After [`Robot::new`]
-//! no call allocates, errors included (lists that are too short for an answer apart), and none depends on what the instance did before: the same
+//! no call allocates, errors included (lists that are too short for an answer apart, and a `Transfer` whose profile fails by round-off, which formats a text in rsruckig), and none depends on what the instance did before: the same
 //! inputs give the same bits. There is no clock, no thread and no log inside.
 //!
 //! Files with masses that no body has are read; `RobotModel::doubtful` warns of them, with link and numbers (`Unphysical::Refused` refuses them).
