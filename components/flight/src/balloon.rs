@@ -12,6 +12,7 @@
 //! in balance. Below a tenth of a pascal the flow goes down as Δp. Not here: the envelope's elasticity and strength, its own heat, winds that change along the path (ṁ_v, acceleration of the air).
 //! Sources: buoyancy, virtual mass of a ball (½) and gas law are textbook physics; orifices by Bernoulli's equation.
 
+use crate::aerodynamics::gusty;
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
 
@@ -81,6 +82,9 @@ pub struct BalloonIn {
     /// Temperature ΔT of the gas over the air's at which it takes up no heat: sunlight on the envelope.
     #[port("K", default = 0.0)]
     pub superheat: f64,
+    /// Gust over the wind, W, as of `flight.gusts`.
+    #[port("m/s", default = Vec3::zeros())]
+    pub gust: Vec3,
 }
 
 /// Loads and gas.
@@ -163,7 +167,7 @@ struct Now {
 impl Balloon {
     fn now(&self, c: &Clock, x: &Gas, u: &BalloonIn) -> Now {
         let p = &self.p;
-        let air = p.atmosphere.air(c.t, u.envelope.position);
+        let air = gusty(&p.atmosphere, c.t, &u.envelope.position, &u.gust);
         let pull = p.gravity.acceleration(c.t, u.envelope.position);
         let temperature =
             if p.heat.is_some() { x.temperature } else { air.temperature + u.superheat };
@@ -306,7 +310,10 @@ mod tests {
         let position = Vec3::z() * y[0];
         let velocity = Vec3::new(7.0, 0.0, y[1]);
         let envelope = NodeState { position, velocity, ..NodeState::identity() };
-        let (c, u) = (Clock::at(0.0, 0.1, 0), BalloonIn { envelope, vent, superheat: 0.0 });
+        let (c, u) = (
+            Clock::at(0.0, 0.1, 0),
+            BalloonIn { envelope, vent, superheat: 0.0, gust: Vec3::zeros() },
+        );
         let x = Gas { mass: y[2], temperature: y[3] };
         let out = m.direct(&c, &x, &(), &u, &());
         let rate = m.deriv(&c, &x, &(), &(), &u, &(), &out);

@@ -34,6 +34,9 @@ pub struct DragIn {
     /// Where the drag acts.
     #[port(bind = "body")]
     pub body: NodeState,
+    /// Gust over the wind, W, as of `flight.gusts`.
+    #[port("m/s", default = Vec3::zeros())]
+    pub gust: Vec3,
 }
 
 /// Force and what goes with it.
@@ -75,7 +78,7 @@ impl Model for Drag {
     type Yd = DragOut;
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &DragIn) -> DragOut {
         let p = &self.p;
-        let a = AirData::met(&p.atmosphere, c.t, &u.body, &Vec3::zeros());
+        let a = AirData::met(&p.atmosphere, c.t, &u.body, &Vec3::zeros(), &u.gust);
         let through = u.body.rotation * a.velocity;
         let force = through * (-0.5 * a.density * a.speed * p.coefficient * p.area);
         DragOut {
@@ -122,7 +125,7 @@ mod tests {
 
     fn at(d: &Drag, position: Vec3, velocity: Vec3) -> DragOut {
         let body = NodeState { position, velocity, ..NodeState::identity() };
-        d.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &DragIn { body }, &())
+        d.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &DragIn { body, gust: Vec3::zeros() }, &())
     }
 
     #[test]

@@ -21,6 +21,7 @@ pub mod parachute;
 pub mod program;
 pub mod propellant_tank;
 pub mod propulsion;
+pub mod pyro;
 pub mod radiation;
 pub mod recontact;
 pub mod separation_spring;
@@ -34,6 +35,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<aerodynamics::axisymmetric::Axisymmetric>(),
         Entry::model::<aerodynamics::dave::DaveAerodynamics>(),
         Entry::model::<aerodynamics::entry::EntryAerodynamics>(),
+        Entry::model::<aerodynamics::gusts::Gusts>(),
         Entry::model::<aerodynamics::panels::PanelAerodynamics>(),
         Entry::model::<aerodynamics::rate_damping::RateDamping>(),
         Entry::model::<attitude::bank_control::BankControl>(),
@@ -54,8 +56,10 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<guidance::convex_descent::ConvexDescent>(),
         Entry::sized::<guidance::descent_filter::DescentFilter>(),
         Entry::model::<guidance::entry_guidance::EntryGuidance>(),
+        Entry::model::<guidance::gravity_turn_descent::GravityTurnDescent>(),
         Entry::model::<guidance::ground_motion::GroundMotion>(),
         Entry::model::<guidance::hazard_map::HazardMap>(),
+        Entry::model::<guidance::orbit_burns::OrbitBurns>(),
         Entry::model::<guidance::powered_descent::PoweredDescent>(),
         Entry::model::<guidance::rendezvous::StationKeeping>(),
         Entry::model::<guidance::terminal_descent::TerminalDescent>(),
@@ -80,6 +84,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<propulsion::thruster::Thruster>(),
         Entry::model::<propulsion::vector_thrust::VectorThrust>(),
         Entry::model::<propellant_tank::PropellantTank>(),
+        Entry::model::<pyro::Pyro>(),
         Entry::model::<radiation::panels::PanelRadiation>(),
         Entry::model::<radiation::ball::RadiationPressure>(),
         Entry::model::<recontact::Recontact>(),

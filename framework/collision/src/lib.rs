@@ -68,6 +68,7 @@ mod colliders;
 mod convert;
 mod core;
 mod discs;
+mod drawn;
 mod edges;
 mod error;
 mod manifold;
@@ -87,6 +88,7 @@ mod thin;
 mod triangle;
 
 pub use colliders::{ColliderId, Colliders, Rebuilt};
+pub use drawn::{Triangles, box_of_inertia, drawn_plane, drawn_surface};
 pub use error::{ColliderFault, CollisionError, ShapeFault};
 pub use linkwork_multibody as multibody;
 pub use probe::Probe;

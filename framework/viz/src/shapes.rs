@@ -5,11 +5,6 @@ use linkwork_collision::{Seen, Shape as Geometry};
 use linkwork_spatial::{Pose, Vec3};
 use re_sdk::{EntityPath, RecordingStream};
 
-/// Edge of the piece of a half space that is shown (m).
-const PIECE: f64 = 40.0;
-/// Points of a height field along an edge that are shown at most.
-const NODES: usize = 512;
-
 /// `Rover.Hardware.Wheels.Wheel1/wheel` → `/Rover/Hardware/Wheels/Wheel1/wheel`.
 pub fn entity(path: &str) -> EntityPath {
     let parts: Vec<&str> = path.split(['.', '/']).filter(|p| !p.is_empty()).collect();
@@ -99,24 +94,6 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
             };
             rec.log_with_static(path.clone(), fixed, &mesh(vertices, triangles, shape.color))?;
         }
-        Seen::Shape(Geometry::Mesh { vertices, triangles }) => {
-            let mesh = mesh(vertices.clone(), triangles.clone(), shape.color);
-            rec.log_with_static(path.clone(), fixed, &mesh)?;
-        }
-        Seen::Shape(Geometry::HalfSpace) => {
-            let e = 0.5 * PIECE;
-            let corners = [[-e, -e], [e, -e], [e, e], [-e, e]].map(|[x, y]| Vec3::new(x, y, 0.0));
-            let faces = vec![[0, 1, 2], [0, 2, 3]];
-            rec.log_with_static(path.clone(), fixed, &mesh(corners.to_vec(), faces, shape.color))?;
-        }
-        Seen::Shape(Geometry::ConvexHull { points }) => {
-            let (points, faces) = linkwork_collision::hull_surface(points)?;
-            rec.log_with_static(path.clone(), fixed, &mesh(points, faces, shape.color))?;
-        }
-        Seen::Shape(Geometry::HeightField { x, y, spacing, heights }) => {
-            let (points, faces) = field(*x, *y, *spacing, heights);
-            rec.log_with_static(path.clone(), fixed, &mesh(points, faces, shape.color))?;
-        }
         Seen::Shape(Geometry::PointCloud { points, .. }) => {
             let centres = points.iter().map(|p| [p[0] as f32, p[1] as f32, p[2] as f32]);
             let drawn = re_sdk_types::archetypes::Points3D::new(centres)
@@ -136,6 +113,16 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
                 fixed,
                 &boxes.with_fill_mode(fill).with_colors([color]),
             )?;
+        }
+        Seen::Shape(
+            form @ (Geometry::Mesh { .. }
+            | Geometry::HalfSpace
+            | Geometry::ConvexHull { .. }
+            | Geometry::HeightField { .. }),
+        ) => {
+            if let Some((corners, faces)) = linkwork_collision::drawn_surface(form)? {
+                rec.log_with_static(path.clone(), fixed, &mesh(corners, faces, shape.color))?;
+            }
         }
     }
     rec.log_with_static(path, fixed, &transform(&shape.pose))?;
@@ -163,54 +150,4 @@ fn mesh(
         .with_triangle_indices(indices)
         .with_vertex_normals(normals)
         .with_albedo_factor(re_sdk_types::datatypes::Rgba32::from_unmultiplied_rgba(r, g, b, a))
-}
-
-type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
-
-/// The surface over a grid about the origin, cut as the collision has it; thinned when it is large.
-fn field(x: usize, y: usize, spacing: [f64; 2], heights: &[f64]) -> Triangles {
-    let kept = |n: usize| {
-        let mut k: Vec<usize> = (0..n).step_by(n.div_ceil(NODES).max(1)).collect();
-        if k.last() != Some(&(n - 1)) {
-            k.push(n - 1);
-        }
-        k
-    };
-    let (xs, ys) = (kept(x), kept(y));
-    let at = |k: usize, n: usize, d: f64| (k as f64 - 0.5 * (n - 1) as f64) * d;
-    let points = ys
-        .iter()
-        .flat_map(|&j| xs.iter().map(move |&i| (i, j)))
-        .map(|(i, j)| Vec3::new(at(i, x, spacing[0]), at(j, y, spacing[1]), heights[j * x + i]))
-        .collect();
-    let w = xs.len() as u32;
-    let faces = (0..ys.len() as u32 - 1)
-        .flat_map(|j| (0..w - 1).map(move |i| j * w + i))
-        .flat_map(|p| [[p, p + 1, p + w + 1], [p, p + w + 1, p + w]])
-        .collect();
-    (points, faces)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_height_field_has_its_heights_where_they_are() {
-        let heights = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
-        let (points, faces) = field(3, 2, [0.5, 2.0], &heights);
-        assert_eq!(points[0], Vec3::new(-0.5, -1.0, 0.0));
-        assert_eq!(points[5], Vec3::new(0.5, 1.0, 5.0));
-        assert_eq!(faces.len(), 4);
-        for f in &faces {
-            let [p, q, s] = f.map(|k| points[k as usize]);
-            assert!((q - p).cross(&(s - p)).z > 0.0, "{f:?} looks down");
-        }
-        // A large one is thinned, and keeps its corners.
-        let n = 3000;
-        let (points, faces) = field(n, 2, [1.0, 1.0], &vec![0.0; 2 * n]);
-        assert!(faces.len() < 2 * 2 * NODES);
-        assert_eq!(points[0].x, -0.5 * (n - 1) as f64);
-        assert_eq!(points.last().unwrap().x, 0.5 * (n - 1) as f64);
-    }
 }

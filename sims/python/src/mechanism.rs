@@ -439,11 +439,7 @@ impl Mechanism {
     }
     /// What `show` draws.
     fn _shapes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, pyo3::types::PyList>> {
-        let shapes = match &self.core.description {
-            Some(d) => crate::scene::of_description(d),
-            None => crate::scene::of_simulation(&self.core.shapes),
-        };
-        crate::scene::list(py, &shapes)
+        crate::scene::list(py, &crate::scene::of(&self.core))
     }
     fn _repr_html_(&self) -> String {
         show::mechanism(&self.core.mbs, self.core.description.as_ref())

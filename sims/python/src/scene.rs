@@ -1,21 +1,19 @@
 //! The shapes of bodies, for `show`: what `_show.py` of the package hands to Rerun.
 use crate::array::{out1, out2};
+use crate::core::Core;
 use linkwork_assembly::BodyShape as Shown;
-use linkwork_collision::{Seen, Shape, hull_surface};
-use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole};
-use linkwork_spatial::{Pose, Vec3};
+use linkwork_collision::{Seen, Shape, Triangles, box_of_inertia, drawn_plane, drawn_surface};
+use linkwork_formats::{BodyShape, Geometry, ShapeRole};
+use linkwork_multibody::Body;
+use linkwork_spatial::Pose;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-
-/// Edge of the piece that is drawn of a plane without end, m.
-const PIECE: f64 = 10.0;
 
 /// What a shape is, in the words of `_show.py`.
 enum Form {
     /// Kind and whole lengths or radii, m.
     Solid(&'static str, Vec<f64>),
-    /// Corners and triangles.
-    Surface(Vec<Vec3>, Vec<[u32; 3]>),
+    Surface(Triangles),
     /// Balls: centres with radii.
     Points(Vec<[f64; 4]>),
     /// A mesh file with factors to m.
@@ -31,23 +29,33 @@ pub struct Drawn {
     form: Form,
 }
 
-/// Of a URDF, MJCF or SDF file: what is to be seen; what collides, where nothing is.
-pub fn of_description(d: &Description) -> Vec<Drawn> {
-    let seen = d.shapes.iter().any(|s| s.role == ShapeRole::Visual);
-    let role = if seen { ShapeRole::Visual } else { ShapeRole::Collision };
-    let drawn = |(k, s): (usize, &BodyShape)| Drawn {
+/// Of a URDF, MJCF or SDF file what is to be seen, or what collides where nothing is; of a file in RON its shapes; of a
+/// machine without shapes the boxes of its inertia.
+pub fn of(core: &Core) -> Vec<Drawn> {
+    let own = match &core.description {
+        Some(d) => {
+            let seen = d.shapes.iter().any(|s| s.role == ShapeRole::Visual);
+            let role = if seen { ShapeRole::Visual } else { ShapeRole::Collision };
+            let of_role = d.shapes.iter().enumerate().filter(|(_, s)| s.role == role);
+            of_role.map(|(k, s)| of_file(k, s)).collect()
+        }
+        None => core.shapes.iter().map(of_simulation).collect::<Vec<_>>(),
+    };
+    if own.is_empty() { boxes(core) } else { own }
+}
+
+fn of_file(k: usize, s: &BodyShape) -> Drawn {
+    Drawn {
         body: s.body.clone(),
         name: if s.name.is_empty() { k.to_string() } else { s.name.clone() },
         pose: s.pose,
         color: s.color,
         form: of_geometry(&s.geometry),
-    };
-    d.shapes.iter().enumerate().filter(|(_, s)| s.role == role).map(drawn).collect()
+    }
 }
 
-/// Of a file in RON.
-pub fn of_simulation(shapes: &[Shown]) -> Vec<Drawn> {
-    let drawn = |s: &Shown| Drawn {
+fn of_simulation(s: &Shown) -> Drawn {
+    Drawn {
         body: s.body.clone(),
         name: s.name.clone(),
         pose: s.pose,
@@ -56,8 +64,16 @@ pub fn of_simulation(shapes: &[Shown]) -> Vec<Drawn> {
             Seen::Shape(shape) => of_shape(shape),
             Seen::File { file, scale } => Form::File(file.clone(), [scale.x, scale.y, scale.z]),
         },
+    }
+}
+
+fn boxes(core: &Core) -> Vec<Drawn> {
+    let box_of = |body: &Body| {
+        let (pose, shape) = box_of_inertia(body.mass_properties())?;
+        let (body, name) = (body.name().to_string(), "inertia".to_string());
+        Some(Drawn { body, name, pose, color: None, form: of_shape(&shape) })
     };
-    shapes.iter().map(drawn).collect()
+    core.mbs.bodies().iter().filter_map(box_of).collect()
 }
 
 fn of_geometry(g: &Geometry) -> Form {
@@ -67,7 +83,7 @@ fn of_geometry(g: &Geometry) -> Form {
         Geometry::Ellipsoid { radii } => Form::Solid("ellipsoid", radii.to_vec()),
         Geometry::Cylinder { radius, length } => Form::Solid("cylinder", vec![*radius, *length]),
         Geometry::Capsule { radius, length } => Form::Solid("capsule", vec![*radius, *length]),
-        Geometry::Plane { size: [x, y] } => plane(*x, *y),
+        Geometry::Plane { size: [x, y] } => Form::Surface(drawn_plane([*x, *y])),
         Geometry::Mesh { file, path, scale } => {
             let found = path.as_ref().map_or(file.clone(), |p| p.display().to_string());
             Form::File(found, *scale)
@@ -85,47 +101,24 @@ fn of_shape(shape: &Shape) -> Form {
         Shape::Cylinder { radius, half_length } => {
             Form::Solid("cylinder", vec![*radius, 2.0 * half_length])
         }
-        Shape::HalfSpace => plane(0.0, 0.0),
-        Shape::ConvexHull { points } => match hull_surface(points) {
-            Ok((corners, faces)) => Form::Surface(corners, faces),
-            // Of points in one plane there is no hull.
-            Err(_) => Form::Points(points.iter().map(|p| [p.x, p.y, p.z, 0.0]).collect()),
-        },
-        Shape::Mesh { vertices, triangles } => Form::Surface(vertices.clone(), triangles.clone()),
-        Shape::HeightField { x, y, spacing, heights } => field(*x, *y, *spacing, heights),
         Shape::PointCloud { points, .. } => Form::Points(points.clone()),
         Shape::VoxelMap { edge, occupied, .. } => {
             let middle = |i: u32| (f64::from(i) + 0.5) * edge;
             let ball = |[x, y, z]: &[u32; 3]| [middle(*x), middle(*y), middle(*z), 0.5 * edge];
             Form::Points(occupied.iter().map(ball).collect())
         }
+        Shape::HalfSpace
+        | Shape::ConvexHull { .. }
+        | Shape::Mesh { .. }
+        | Shape::HeightField { .. } => match (drawn_surface(shape), shape) {
+            (Ok(Some(surface)), _) => Form::Surface(surface),
+            // Of points in one plane there is no hull.
+            (_, Shape::ConvexHull { points }) => {
+                Form::Points(points.iter().map(|p| [p.x, p.y, p.z, 0.0]).collect())
+            }
+            _ => Form::Points(Vec::new()),
+        },
     }
-}
-
-/// 0 is without end.
-fn plane(x: f64, y: f64) -> Form {
-    let half = |size: f64| 0.5 * if size > 0.0 { size } else { PIECE };
-    let (x, y) = (half(x), half(y));
-    let corners = [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| Vec3::new(x, y, 0.0));
-    Form::Surface(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
-}
-
-/// The triangles over a grid about the origin, without those that have a corner where there is no ground.
-fn field(x: usize, y: usize, spacing: [f64; 2], heights: &[f64]) -> Form {
-    let at = |k: usize, n: usize, d: f64| (k as f64 - 0.5 * (n - 1) as f64) * d;
-    let nodes = (0..y).flat_map(|j| (0..x).map(move |i| (i, j)));
-    let z = |i: usize, j: usize| heights.get(j * x + i).copied().unwrap_or(f64::NAN);
-    let corner = |(i, j)| Vec3::new(at(i, x, spacing[0]), at(j, y, spacing[1]), z(i, j));
-    let corners: Vec<Vec3> = nodes.map(corner).collect();
-    let width = x as u32;
-    let cells = (0..y.saturating_sub(1) as u32)
-        .flat_map(|j| (0..width.saturating_sub(1)).map(move |i| j * width + i));
-    let faces = cells.flat_map(|p| [[p, p + 1, p + width + 1], [p, p + width + 1, p + width]]);
-    let there = |face: &[u32; 3]| face.iter().all(|k| corners[*k as usize].z.is_finite());
-    let faces = faces.filter(there).collect();
-    // What no triangle uses may be anywhere.
-    let corners = corners.iter().map(|p| if p.z.is_finite() { *p } else { Vec3::zeros() });
-    Form::Surface(corners.collect(), faces)
 }
 
 /// As dictionaries: `body`, `name`, `pose` [p, x y z w], `color`, `kind` and what the kind needs.
@@ -143,7 +136,7 @@ pub fn list<'py>(py: Python<'py>, shapes: &[Drawn]) -> PyResult<Bound<'py, PyLis
                 one.set_item("kind", kind)?;
                 one.set_item("size", size)?;
             }
-            Form::Surface(corners, triangles) => {
+            Form::Surface((corners, triangles)) => {
                 one.set_item("kind", "surface")?;
                 let flat: Vec<f64> = corners.iter().flat_map(|p| [p.x, p.y, p.z]).collect();
                 one.set_item("corners", out2(py, flat, corners.len(), 3)?)?;

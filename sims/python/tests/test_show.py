@@ -87,6 +87,36 @@ def test_a_simulation_makes_a_film(tmp_path):
     assert any(e.startswith("/bodies/bob/") for e in recorded(tmp_path / "other.rrd"))
 
 
+def test_a_film_has_the_shapes_of_the_phase(tmp_path):
+    text = (SOURCE / "sims/staging/sim.ron").read_text()
+    free = '"upper": (parent: "world", at: (position: [0, 0, 0]), hinge: Free)'
+    assert text.count(free) == 1
+    other = free[:-1] + ', shapes: [(shape: Box([1, 2, 3]), name: "flag")])'
+    (tmp_path / "sim.ron").write_text(text.replace(free, other))
+    sim = lw.Simulation(tmp_path / "sim.ron")
+    path = tmp_path / "film.rrd"
+    before = {(s["body"], s["name"]) for s in sim.mechanism._shapes()}
+    sim.show(path=path)
+    sim.run_until(4)
+    sim.show(path=path)
+    sim.run_until(6)
+    sim.show(path=path)
+    assert sim.phase == "first_separation"
+    after = {(s["body"], s["name"]) for s in sim.mechanism._shapes()}
+    found = recorded(path)
+    assert ("upper", "flag") in after and before - after
+    flag = found["/bodies/upper/flag"]
+    assert [t.total_seconds() for c in flag for t in c.to_record_batch().column("time").to_pylist()] == pytest.approx([6.0])
+    assert np.allclose(column(flag, "Boxes3D:half_sizes"), [[0.5, 1.0, 1.5]])
+    # What the phase no longer has is cleared when it begins; shapes are not drawn twice within a phase.
+    for body, name in before - after:
+        batches = [c.to_record_batch() for c in found[f"/bodies/{body}/{name}"]]
+        cleared = [t.total_seconds() for b in batches if any("Clear" in n for n in b.schema.names) for t in b.column("time").to_pylist()]
+        assert cleared == pytest.approx([6.0])
+        drawn = [b for b in batches if any("half_sizes" in n or "lengths" in n for n in b.schema.names)]
+        assert sum(b.num_rows for b in drawn) == 1
+
+
 def test_what_cannot_be_shown_is_refused(tmp_path, monkeypatch):
     one = lw.Builder().body("rod", "world", PIN, mass=1, inertia=np.eye(3)).build()
     with pytest.raises(lw.LinkworkError, match="3 numbers"):

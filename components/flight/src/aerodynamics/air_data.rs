@@ -31,14 +31,15 @@ pub struct AirData {
 }
 
 impl AirData {
-    /// Of a node at time `t` (s) in the air of `atmosphere`, which turns at `air_rate` (rad/s, W).
+    /// Of a node at time `t` (s) in the air of `atmosphere` with a `gust` (m/s, W), which turns at `air_rate` (rad/s, W).
     pub fn met(
         atmosphere: &Handle<dyn Atmosphere>,
         t: f64,
         node: &NodeState,
         air_rate: &Vec3,
+        gust: &Vec3,
     ) -> AirData {
-        AirData::of(node, &atmosphere.air(t, node.position), air_rate)
+        AirData::of(node, &gusty(atmosphere, t, &node.position, gust), air_rate)
     }
 
     /// Of a node in `air` that turns at `air_rate` (rad/s, W).
@@ -80,6 +81,12 @@ impl AirData {
             Vec3::zeros()
         }
     }
+}
+
+/// The air at `p` (m, W) with a `gust` (m/s, W) over its wind.
+pub fn gusty(atmosphere: &Handle<dyn Atmosphere>, t: f64, p: &Vec3, gust: &Vec3) -> Air {
+    let air = atmosphere.air(t, *p);
+    Air { wind: air.wind + gust, ..air }
 }
 
 /// What to do where a table ends.

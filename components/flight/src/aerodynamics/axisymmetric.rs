@@ -62,6 +62,9 @@ pub struct BodyIn {
     /// Node with body axes, usually at the centre of mass.
     #[port(bind = "body")]
     pub body: NodeState,
+    /// Gust over the wind, W, as of `flight.gusts`.
+    #[port("m/s", default = Vec3::zeros())]
+    pub gust: Vec3,
 }
 
 /// Load and flow.
@@ -144,8 +147,8 @@ pub struct Axisymmetric {
 
 impl Axisymmetric {
     /// The flow, and how far inside the tables it is; an axis of angles that begins at 0 has no lower end.
-    fn air(&self, t: f64, body: &NodeState) -> (AirData, f64) {
-        let data = AirData::met(&self.p.atmosphere, t, body, &self.p.air_rate);
+    fn air(&self, t: f64, u: &BodyIn) -> (AirData, f64) {
+        let data = AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate, &u.gust);
         let (angles, table) = (&self.p.angles, &self.tables[0]);
         let (first, last) = (angles[0], angles[angles.len() - 1]);
         if first > 0.0 || last == first {
@@ -179,7 +182,7 @@ impl Model for Axisymmetric {
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
         let p = &self.p;
-        let (a, inside) = self.air(c.t, &u.body);
+        let (a, inside) = self.air(c.t, u);
         let [axial, normal, pitch] = [0, 1, 2].map(|k| self.tables[k].at(a.alpha_total, a.mach));
         let lean = a.lean();
         let qs = a.pressure * p.area;
@@ -215,13 +218,13 @@ impl Model for Axisymmetric {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge { inside: self.air(c.t, &u.body).1 }
+        Edge { inside: self.air(c.t, u).1 }
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
-        remark(self.air(c.t, &u.body).1)
+        remark(self.air(c.t, u).1)
     }
 }
 
@@ -262,7 +265,7 @@ mod tests {
     fn at(m: &Axisymmetric, v: Vec3, angular: Vec3) -> AxisymmetricOut {
         let body = NodeState { velocity: v, angular, ..NodeState::identity() };
         let (x, d) = (Heat { load: 0.0 }, Left { outside: false });
-        m.direct(&Clock::at(0.0, 0.01, 0), &x, &d, &BodyIn { body }, &())
+        m.direct(&Clock::at(0.0, 0.01, 0), &x, &d, &BodyIn { body, gust: Vec3::zeros() }, &())
     }
 
     #[test]
@@ -310,8 +313,8 @@ mod tests {
         let m = capsule(Outside::Clamp);
         let body = NodeState { velocity: v, ..NodeState::identity() };
         let (c, x, d) = (Clock::at(0.0, 0.01, 0), Heat { load: 3.0 }, Left { outside: false });
-        assert!(m.guards(&c, &x, &d, &(), &BodyIn { body }, &()).inside < 0.0);
-        let (x, d) = m.fired(&c, 0, &x, &d, &(), &BodyIn { body }, &mut ());
+        assert!(m.guards(&c, &x, &d, &(), &BodyIn { body, gust: Vec3::zeros() }, &()).inside < 0.0);
+        let (x, d) = m.fired(&c, 0, &x, &d, &(), &BodyIn { body, gust: Vec3::zeros() }, &mut ());
         let y = m.moore(&c, &x, &d, &());
         assert!(y.outside && y.heat_load == 3.0);
     }

@@ -143,6 +143,9 @@ pub struct DaveIn {
     /// The inputs named in `controls`, each in SI (angles in rad).
     #[port("*", default = [0.0; CONTROLS])]
     pub controls: [f64; CONTROLS],
+    /// Gust over the wind, W, as of `flight.gusts`.
+    #[port("m/s", default = Vec3::zeros())]
+    pub gust: Vec3,
 }
 
 /// Load and flow.
@@ -247,7 +250,7 @@ impl DaveAerodynamics {
 
     /// The flow at the node.
     fn air(&self, t: f64, u: &DaveIn) -> AirData {
-        AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate)
+        AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate, &u.gust)
     }
 
     fn inside(&self, t: f64, u: &DaveIn) -> f64 {
@@ -484,7 +487,7 @@ mod tests {
         let body = NodeState { velocity, ..NodeState::identity() };
         let mut controls = [0.0; CONTROLS];
         controls[0] = elevator;
-        let u = DaveIn { body, controls };
+        let u = DaveIn { body, controls, gust: Vec3::zeros() };
         m.direct(&Clock::at(0.0, 0.01, 0), &(), &Left { outside: false }, &u, &())
     }
 

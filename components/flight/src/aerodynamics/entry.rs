@@ -8,7 +8,7 @@
 //! C_D and L/D are tables over Mach number, linear, clamped at their ends; that the flow left them is an
 //! event. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
 
-use super::air_data::{AirData, Outside};
+use super::air_data::{AirData, Outside, gusty};
 use super::axisymmetric::{Edge, Heat, Left, Passed, remark};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
@@ -52,6 +52,9 @@ pub struct EntryIn {
     /// Bank angle: 0 lifts up, positive to the right.
     #[port("rad", default = 0.0)]
     pub bank: f64,
+    /// Gust over the wind, W, as of `flight.gusts`.
+    #[port("m/s", default = Vec3::zeros())]
+    pub gust: Vec3,
 }
 
 /// Force and flow.
@@ -111,8 +114,8 @@ impl EntryAerodynamics {
         self.drag.inside(mach).min(self.ratio.inside(mach))
     }
 
-    fn edge(&self, t: f64, body: &NodeState) -> f64 {
-        self.inside(AirData::met(&self.p.atmosphere, t, body, &Vec3::zeros()).mach)
+    fn edge(&self, t: f64, u: &EntryIn) -> f64 {
+        self.inside(AirData::met(&self.p.atmosphere, t, &u.body, &Vec3::zeros(), &u.gust).mach)
     }
 }
 
@@ -136,7 +139,7 @@ impl Model for EntryAerodynamics {
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &EntryIn) -> EntryOut {
         let p = &self.p;
-        let air = p.atmosphere.air(c.t, u.body.position);
+        let air = gusty(&p.atmosphere, c.t, &u.body.position, &u.gust);
         let a = AirData::of(&u.body, &air, &Vec3::zeros());
         let drag = a.pressure * p.area * self.drag.at(a.mach) * p.drag_factor;
         let lift = drag * self.ratio.at(a.mach) * p.lift_to_drag_factor;
@@ -169,13 +172,13 @@ impl Model for EntryAerodynamics {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Edge {
-        Edge { inside: self.edge(c.t, &u.body) }
+        Edge { inside: self.edge(c.t, u) }
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Vec<BuildError> {
-        remark(self.edge(c.t, &u.body))
+        remark(self.edge(c.t, u))
     }
 }
 

@@ -7,9 +7,10 @@ pub mod air_data;
 pub mod axisymmetric;
 pub mod dave;
 pub mod entry;
+pub mod gusts;
 pub mod panels;
 pub mod rarefied;
 pub mod rate_damping;
 pub mod sphere_cone;
 
-pub use air_data::AirData;
+pub use air_data::{AirData, gusty};

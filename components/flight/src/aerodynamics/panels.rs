@@ -8,7 +8,7 @@
 //! ```
 //! No panel shades another: right for convex bodies. The turning of the body is not felt by the panels.
 
-use super::air_data::AirData;
+use super::air_data::{AirData, gusty};
 use super::rarefied::{bridge, free_molecular};
 use linkwork_runtime::prelude::*;
 
@@ -59,6 +59,9 @@ pub struct PanelIn {
     /// Node with body axes.
     #[port(bind = "body")]
     pub body: NodeState,
+    /// Gust over the wind, W, as of `flight.gusts`.
+    #[port("m/s", default = Vec3::zeros())]
+    pub gust: Vec3,
 }
 
 /// Load, and in which flow it is.
@@ -141,7 +144,7 @@ impl Model for PanelAerodynamics {
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &PanelIn) -> PanelOut {
         let p = &self.p;
-        let air = p.atmosphere.air(c.t, u.body.position);
+        let air = gusty(&p.atmosphere, c.t, &u.body.position, &u.gust);
         let data = AirData::of(&u.body, &air, &Vec3::zeros());
         let molecule = p.molar_mass / AVOGADRO;
         let area = 2f64.sqrt() * std::f64::consts::PI * p.molecule * p.molecule;
@@ -253,7 +256,13 @@ mod tests {
         let at = |density: f64| {
             let body = NodeState { velocity: Vec3::x() * 7500.0, ..NodeState::identity() };
             let m = model(density, plate()).unwrap();
-            m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &PanelIn { body }, &())
+            m.direct(
+                &Clock::at(0.0, 0.01, 0),
+                &(),
+                &(),
+                &PanelIn { body, gust: Vec3::zeros() },
+                &(),
+            )
         };
         let coefficient = |y: &PanelOut| -y.load.force.x / (y.dynamic_pressure * 2.0);
         let (thick, thin) = (at(1e-2), at(1e-12));

@@ -4,7 +4,7 @@
 //! range control, V > heading_speed  |σ| = arccos u of [`lift`](super::entry::lift), u in −1 … 1
 //!     sign   keeps, and changes when |cross| > c₀ + c₁ V² on the side to which the lift pushes
 //! heading alignment, V below it     σ = clamp(k · heading error, ±limit), lift up
-//! commanded σ follows with `rate_max`, as a held value between samples
+//! commanded σ follows with `rate_max` and `acceleration_max`, as a held value between samples, and stops where it is wanted
 //! heading error: angle from the ground track to the target, positive to the right; cross = angle · range to go
 //! ```
 //! The planet is at the origin of W and turns about z, or W is a site on it: speeds are against its surface. The reference is
@@ -90,6 +90,9 @@ pub struct EntryGuidanceParams {
     /// Greatest rate of the bank.
     #[param(unit = "rad/s", default = 0.35, range = 1e-6..)]
     pub rate_max: f64,
+    /// Greatest angular acceleration of the bank; MSL 5 deg/s².
+    #[param(unit = "rad/s^2", default = f64::INFINITY, range = 1e-6..)]
+    pub acceleration_max: f64,
 }
 
 /// What is measured.
@@ -129,6 +132,9 @@ pub struct Banking {
     /// Bank that is commanded.
     #[port("rad")]
     pub bank: f64,
+    /// Rate at which it turns.
+    #[port("rad/s")]
+    pub rate: f64,
     /// Side of the lift: 1 right, −1 left, 0 not chosen yet.
     #[port("1")]
     pub side: f64,
@@ -166,6 +172,25 @@ pub fn to_target(
     (range, error, v.norm(), rise)
 }
 
+/// Rate for the next `dt` of what has still `error` to go and moves at `rate`: within both limits, and such that it can come
+/// to rest there without going past. With n + 1 samples left in which the rate r falls by a Δ each, the way is
+/// Δ ((n + 1) r − a Δ n (n + 1)/2).
+fn follow(error: f64, rate: f64, (rate_max, acceleration_max): (f64, f64), dt: f64) -> f64 {
+    if !(dt > 0.0) {
+        return 0.0;
+    }
+    let change = acceleration_max * dt;
+    let stopping = if change.is_finite() {
+        let samples = error.abs() / (change * dt);
+        let n = (0.5 * ((1.0 + 8.0 * samples).sqrt() - 3.0)).ceil().max(0.0);
+        error.abs() / (dt * (n + 1.0)) + 0.5 * change * n
+    } else {
+        error.abs() / dt
+    };
+    let wanted = error.signum() * stopping.min(rate_max);
+    wanted.clamp(rate - change, rate + change).clamp(-rate_max, rate_max)
+}
+
 impl EntryGuidance {
     fn decide(&self, c: &Clock, d: &Banking, u: &EntryGuidanceIn) -> Banking {
         let p = &self.p;
@@ -201,8 +226,8 @@ impl EntryGuidance {
             }
             size * out.side
         };
-        let step = p.rate_max * c.dt;
-        out.bank = d.bank + (wanted - d.bank).clamp(-step, step);
+        out.rate = follow(wanted - d.bank, d.rate, (p.rate_max, p.acceleration_max), c.dt);
+        out.bank = d.bank + out.rate * c.dt;
         out
     }
 }
@@ -313,6 +338,7 @@ mod tests {
             heading_gain: 4.0,
             heading_limit: 0.52,
             rate_max: 0.35,
+            acceleration_max: f64::INFINITY,
         }
     }
 
@@ -357,7 +383,7 @@ mod tests {
         let mut r = start * (radius + 80_000.0);
         let mut v =
             (Vec3::y() * 0.26f64.cos() - Vec3::x() * 0.26f64.sin()) * 5845.0 + omega.cross(&r);
-        let mut d = Banking { bank: 0.0, side: 0.0, phase: 0.0, reversals: 0.0 };
+        let mut d = Banking::zero();
         let (mut t, h) = (0.0, 0.05);
         loop {
             let through = v - omega.cross(&r);
@@ -393,6 +419,39 @@ mod tests {
             assert!(along.hypot(across) < 0.4 * free_along.hypot(free_across));
             assert!(along.abs() < 6000.0 && across.abs() < 2500.0 && reversals >= 1.0);
         }
+    }
+
+    /// A step of the bank: within both limits, without going past, and about as fast as can be.
+    #[test]
+    fn the_bank_comes_to_rest_where_it_is_wanted() {
+        let (rate_max, most, dt) = (0.35, 0.0873, 0.25);
+        for wanted in [-2.0, -0.3, 0.004, 0.05, 0.7, 2.4] {
+            let (mut bank, mut rate, mut arrived) = (0.0_f64, 0.0_f64, None);
+            for k in 0..200 {
+                let next = follow(wanted - bank, rate, (rate_max, most), dt);
+                assert!(next.abs() <= rate_max * (1.0 + 1e-12));
+                assert!((next - rate).abs() <= most * dt * (1.0 + 1e-9), "{next} after {rate}");
+                bank += next * dt;
+                rate = next;
+                assert!(bank.abs() <= wanted.abs() * (1.0 + 1e-12), "{bank} of {wanted}");
+                if arrived.is_none() && (bank - wanted).abs() < 1e-9 {
+                    arrived = Some(f64::from(k + 1) * dt);
+                }
+            }
+            assert!((bank - wanted).abs() < 1e-12 && rate.abs() < 1e-12, "{bank} of {wanted}");
+            // By continuous control it would take this long.
+            let size = wanted.abs();
+            let least = if size < rate_max * rate_max / most {
+                2.0 * (size / most).sqrt()
+            } else {
+                size / rate_max + rate_max / most
+            };
+            let took = arrived.unwrap();
+            assert!(took < least + 3.0 * dt, "{took} s, {least} at least");
+        }
+        // Without the limit as before: at once, at most by the rate.
+        assert_eq!(follow(0.01, 0.0, (0.35, f64::INFINITY), 0.25), 0.04);
+        assert_eq!(follow(-9.0, 0.35, (0.35, f64::INFINITY), 0.25), -0.35);
     }
 
     #[test]

@@ -12,6 +12,7 @@
 //! ρ̇ in ṁ_a is taken along the path over ±1 ms.
 
 use super::inflation::{DISK_GAP_BAND, filling_time, share};
+use crate::aerodynamics::gusty;
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
@@ -82,6 +83,9 @@ pub struct CanopyIn {
     /// Opens it where it rises through ½, unless `start` says when.
     #[port("1", default = 0.0)]
     pub deploy: f64,
+    /// Gust over the wind, W, as of `flight.gusts`.
+    #[port("m/s", default = Vec3::zeros())]
+    pub gust: Vec3,
 }
 
 /// Drag, air that moves with it, and how far it is.
@@ -205,7 +209,7 @@ impl Model for Canopy {
     fn direct(&self, c: &Clock, _: &(), d: &Filling, u: &CanopyIn) -> CanopyOut {
         let p = &self.p;
         let (place, velocity) = (u.canopy.position, u.canopy.velocity);
-        let air = p.atmosphere.air(c.t, place);
+        let air = gusty(&p.atmosphere, c.t, &place, &u.gust);
         let v = velocity - air.wind;
         let speed = v.norm();
         let mach = speed / air.speed_of_sound.max(1e-9);
@@ -265,7 +269,7 @@ impl Model for Canopy {
         if !begins {
             return ((), Filling { full: true, ..*d });
         }
-        let air = p.atmosphere.air(c.t, u.canopy.position);
+        let air = gusty(&p.atmosphere, c.t, &u.canopy.position, &u.gust);
         let speed = (u.canopy.velocity - air.wind).norm();
         let takes = p.filling_time.unwrap_or_else(|| {
             // At rest it would never fill: as at 1 m/s.
@@ -344,7 +348,7 @@ mod tests {
 
     fn input(height: f64, velocity: Vec3) -> CanopyIn {
         let canopy = NodeState { position: Vec3::z() * height, velocity, ..NodeState::identity() };
-        CanopyIn { canopy, deploy: 0.0 }
+        CanopyIn { canopy, deploy: 0.0, gust: Vec3::zeros() }
     }
 
     /// All events until `t`, as the run would find them.

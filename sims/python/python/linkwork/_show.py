@@ -11,11 +11,8 @@ from ._linkwork import LinkworkError
 #: Red, green, blue, opacity of what has no colour of its own.
 GREY = (0.72, 0.72, 0.75, 1.0)
 
-#: Edge of the box of a point mass, m.
-POINT = 0.1
-
-#: The recording of each simulation that is shown, with its path.
-_recordings: "weakref.WeakKeyDictionary[Any, tuple[Any, Path | None]]" = weakref.WeakKeyDictionary()
+#: What is drawn of each simulation that is shown.
+_films: "weakref.WeakKeyDictionary[Any, _Film]" = weakref.WeakKeyDictionary()
 
 
 def _rerun() -> Any:
@@ -44,7 +41,8 @@ def _entity(body: str) -> str:
     return "bodies/" + str(rr.escape_entity_path_part(body))
 
 
-def _shape(recording: Any, shape: dict[str, Any]) -> None:
+def _shape(recording: Any, shape: dict[str, Any], *, static: bool) -> str:
+    """Draws it; its entity."""
     rr = _rerun()
     entity = f"{_entity(shape['body'])}/{rr.escape_entity_path_part(shape['name'])}"
     pose, kind = shape["pose"], shape["kind"]
@@ -71,44 +69,13 @@ def _shape(recording: Any, shape: dict[str, Any]) -> None:
             raise LinkworkError(f"the mesh `{shape['file']}` of `{shape['body']}` is not there\n  help: give `packages` to linkwork.load, or put it there")
         what = rr.Asset3D(path=shape["file"], albedo_factor=color)
         placed["scale"] = shape["scale"]
-    recording.log(entity, rr.Transform3D(**placed), what, static=True)
+    recording.log(entity, rr.Transform3D(**placed), what, static=static)
+    return entity
 
 
-def _boxes(mechanism: Any) -> list[dict[str, Any]]:
-    """For a machine without shapes: of each body with mass the solid box of its mass and inertia."""
-    boxes = []
-    for body, (mass, *rest) in zip(mechanism.bodies, mechanism.inertial_parameters().reshape(-1, 10), strict=True):
-        if not mass > 0.0:
-            continue
-        h, (xx, xy, xz, yy, yz, zz) = np.array(rest[:3]), rest[3:]
-        c = h / mass
-        # About the mass centre.
-        about = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) - mass * (c @ c * np.eye(3) - np.outer(c, c))
-        moments, axes = np.linalg.eigh(about)
-        axes[:, 2] *= np.sign(np.linalg.det(axes)) or 1.0
-        size = np.sqrt(np.maximum(6.0 / mass * (moments.sum() - 2.0 * moments), 0.0))
-        if not size.max() > 0.0:
-            size[:] = POINT
-        boxes.append({"body": body, "name": "inertia", "pose": np.concatenate([c, _quaternion(axes)]), "color": None, "kind": "box", "size": size})
-    return boxes
-
-
-def _quaternion(R: np.ndarray) -> np.ndarray:
-    """[x y z w] of a rotation matrix: the eigenvector of Bar-Itzhack's matrix to its greatest eigenvalue."""
-    (a, b, c), (d, e, f), (g, h, i) = R
-    K = np.array([[a - e - i, b + d, c + g, h - f], [b + d, e - a - i, f + h, c - g], [c + g, f + h, i - a - e, d - b], [h - f, c - g, d - b, a + e + i]])
-    return np.asarray(np.linalg.eigh(K)[1][:, -1])
-
-
-def _scene(recording: Any, mechanism: Any) -> None:
-    for shape in mechanism._shapes() or _boxes(mechanism):
-        _shape(recording, shape)
-
-
-def _place(recording: Any, mechanism: Any, q: Any) -> None:
+def _place(recording: Any, state: Any, bodies: list[str]) -> None:
     rr = _rerun()
-    state = mechanism.state(q)
-    for body in mechanism.bodies:
+    for body in bodies:
         place = {"translation": state.position(body), "quaternion": rr.Quaternion(xyzw=state.quaternion(body))}
         recording.log(_entity(body), rr.Transform3D(**place))
 
@@ -117,24 +84,46 @@ def mechanism(machine: Any, q: Any, path: Path | None) -> None:
     """`Mechanism.show`."""
     rows = np.atleast_2d(np.asarray(machine.initial_q if q is None else q, dtype=float))
     # What cannot be is refused before a viewer opens.
-    for row in rows:
-        machine.state(row)
+    states = [machine.state(row) for row in rows]
     recording = _opened("mechanism", path)
-    _scene(recording, machine)
-    for k, row in enumerate(rows):
+    for shape in machine._shapes():
+        _shape(recording, shape, static=True)
+    for k, state in enumerate(states):
         recording.set_time("row", sequence=k)
-        _place(recording, machine, row)
+        _place(recording, state, machine.bodies)
     recording.flush()
+
+
+class _Film:
+    """What is drawn of a simulation: one recording for all its phases."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self.recording = _opened("simulation", path)
+        self.phase: str | None = None
+        self.machine: Any = None
+        self.entities: set[str] = set()
+
+    def enter(self, run: Any) -> None:
+        """Shapes of the phase that begins instead of those before; nothing within a phase."""
+        if self.machine is not None and run.phase == self.phase:
+            return
+        rr = _rerun()
+        self.phase, self.machine = run.phase, run.mechanism
+        for entity in sorted(self.entities):
+            self.recording.log(entity, rr.Clear(recursive=False))
+        shapes = self.machine._shapes()
+        self.entities = {_shape(self.recording, shape, static=False) for shape in shapes}
 
 
 def simulation(run: Any, path: Path | None) -> None:
     """`Simulation.show`."""
-    machine = run.mechanism
-    known = _recordings.get(run)
-    if known is None or known[1] != path:
-        known = (_opened("simulation", path), path)
-        _recordings[run] = known
-        _scene(known[0], machine)
-    known[0].set_time("time", duration=run.time)
-    _place(known[0], machine, run.q)
-    known[0].flush()
+    film = _films.get(run)
+    if film is None or film.path != path:
+        # Refused before a viewer opens.
+        _ = run.q
+        film = _films[run] = _Film(path)
+    film.recording.set_time("time", duration=run.time)
+    film.enter(run)
+    _place(film.recording, film.machine.state(run.q), film.machine.bodies)
+    film.recording.flush()

@@ -1,0 +1,286 @@
+//! `flight.gusts`: gusts that a craft flies through, with the Dryden spectra of MIL-F-8785C.
+//! ```text
+//! v = velocity − wind          e_u = v/|v|      e_v = up × e_u (to the left in level flight)      e_w = e_u × e_v
+//! gust = u e_u + v e_v + w e_w, W              u, v, w: white noise through the filters at the airspeed |v|
+//! ```
+//! Lengths and intensities are written, or follow the height above the ground by MIL-F-8785C. From sample to sample the filters
+//! are exact; between samples the gust stays. Wire `velocity` to the `gust` of the craft's aerodynamics, drag, canopy or balloon.
+//! The first sample is of air that has been gusty for ever.
+
+use linkwork_runtime::prelude::*;
+use linkwork_world::atmosphere::{Dryden, DrydenState, Turbulence};
+
+/// Intensity of the gusts, and the air.
+#[derive(Params, Clone, Debug)]
+pub struct GustParams {
+    /// Wind at 20 ft (6.1 m), which sets the gusts below 1000 ft (305 m): light 7.7, moderate 15.4, severe 23.2 m/s.
+    #[param(unit = "m/s", default = 15.4, range = 0.0..)]
+    pub wind_20ft: f64,
+    /// Intensity σ above 2000 ft (610 m).
+    #[param(unit = "m/s", default = 1.5, range = 0.0..)]
+    pub sigma_high: f64,
+    /// L_u, L_v, L_w at every height, instead of those of MIL-F-8785C; with `sigma`.
+    #[param(unit = "m")]
+    pub length: Option<Vec3>,
+    /// σ_u, σ_v, σ_w at every height, instead of those of MIL-F-8785C; with `length`.
+    #[param(unit = "m/s")]
+    pub sigma: Option<Vec3>,
+    /// The air.
+    #[param(service)]
+    pub atmosphere: Handle<dyn Atmosphere>,
+    /// Gravity, for what is up.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// The craft.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GustIn {
+    /// Where the gusts are.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Height above the ground, which MIL-F-8785C needs.
+    #[port("m", default = f64::NAN)]
+    pub height: f64,
+}
+
+/// The gust.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GustOut {
+    /// Velocity of the gust over the wind, W.
+    #[port("m/s")]
+    pub velocity: Vec3,
+}
+
+/// States of the filters, and the gust that they gave.
+#[derive(State, Clone, Copy, Debug)]
+pub struct GustState {
+    /// Of the longitudinal filter.
+    #[port("1")]
+    pub u: f64,
+    /// Of the sideways filter.
+    #[port("1")]
+    pub v: [f64; 2],
+    /// Of the vertical filter.
+    #[port("1")]
+    pub w: [f64; 2],
+    /// The filters have begun.
+    #[port]
+    pub begun: bool,
+}
+
+/// Gusts by Dryden's spectra.
+pub struct Gusts {
+    p: GustParams,
+    fixed: Option<Turbulence>,
+}
+
+/// Right-handed axes along the flight, to its left, and across both; any across where it is vertical.
+fn axes(through: &Vec3, up: &Vec3) -> [Vec3; 3] {
+    let speed = through.norm();
+    let u = if speed > 0.0 { through / speed } else { Vec3::x() };
+    let level = up.cross(&u);
+    let v = if level.norm() > 1e-9 * up.norm() {
+        level.normalize()
+    } else {
+        // The axis that the flight is least along.
+        let k = u.iamin();
+        let mut e = Vec3::zeros();
+        e[k] = 1.0;
+        u.cross(&e).normalize()
+    };
+    [u, v, u.cross(&v)]
+}
+
+impl Gusts {
+    fn turbulence(&self, height: f64) -> Option<Turbulence> {
+        let p = &self.p;
+        self.fixed.or_else(|| Turbulence::mil_f_8785c(height, p.wind_20ft, p.sigma_high).ok())
+    }
+
+    /// Velocity through the air without the gust, m/s, W.
+    fn through(&self, t: f64, body: &NodeState) -> Vec3 {
+        body.velocity - self.p.atmosphere.air(t, body.position).wind
+    }
+}
+
+/// Gusts along the flight of a craft with the Dryden spectra of MIL-F-8785C; sampled.
+#[model("flight.gusts")]
+impl Model for Gusts {
+    type Params = GustParams;
+    type Ud = GustIn;
+    type Yd = GustOut;
+    type D = GustState;
+    fn build(p: GustParams) -> Result<Self, BuildError> {
+        let fixed = match (p.length, p.sigma) {
+            (Some(length), Some(sigma)) => {
+                if !(length.min() > 0.0) {
+                    return Err(BuildError::new("a length is not above 0").at("length"));
+                }
+                if !(sigma.min() >= 0.0) {
+                    return Err(BuildError::new("an intensity is below 0").at("sigma"));
+                }
+                Some(Turbulence { length, sigma })
+            }
+            (None, None) => None,
+            (length, _) => {
+                let at = if length.is_some() { "sigma" } else { "length" };
+                return Err(BuildError::new("`length` and `sigma` go together")
+                    .help("write both, or neither for MIL-F-8785C")
+                    .at(at));
+            }
+        };
+        Ok(Gusts { p, fixed })
+    }
+    fn direct(&self, c: &Clock, _: &(), d: &GustState, u: &GustIn) -> GustOut {
+        let through = self.through(c.t, &u.body);
+        let state = if d.begun { filters(d) } else { Dryden::stationary(&normals(c, FIRST)) };
+        let up = -self.p.gravity.acceleration(c.t, u.body.position);
+        let velocity = match self.turbulence(u.height) {
+            Some(turbulence) => {
+                let gust = Dryden::gust(&state, &turbulence);
+                let [e, left, across] = axes(&through, &up);
+                e * gust.x + left * gust.y + across * gust.z
+            }
+            None => Vec3::repeat(f64::NAN),
+        };
+        GustOut { velocity }
+    }
+    fn update(&self, c: &Clock, _: &(), d: &GustState, _: &(), u: &GustIn) -> GustState {
+        let now = if d.begun { filters(d) } else { Dryden::stationary(&normals(c, FIRST)) };
+        let speed = self.through(c.t, &u.body).norm();
+        let next = match self.turbulence(u.height) {
+            Some(t) => Dryden::step(&now, &t, speed, c.dt, &normals(c, 0)),
+            None => now,
+        };
+        GustState { u: next.u, v: next.v, w: next.w, begun: true }
+    }
+    fn remarks(&self, _: &Clock, _: &(), _: &GustState, _: &(), u: &GustIn) -> Vec<BuildError> {
+        if self.turbulence(u.height).is_some() {
+            return Vec::new();
+        }
+        let fact = "MIL-F-8785C needs the height above the ground, and `height` is no number";
+        let help =
+            "wire `height`, or write `length` and `sigma`: as it stands the gust is no number, too";
+        vec![BuildError::new(fact).help(help).at("length")]
+    }
+}
+
+/// Lanes of the noise that the filters begin with, after those of a step.
+const FIRST: u32 = 5;
+
+fn normals(c: &Clock, lane: u32) -> [f64; 5] {
+    std::array::from_fn(|k| c.normal(lane + k as u32))
+}
+
+fn filters(d: &GustState) -> DrydenState {
+    DrydenState { u: d.u, v: d.v, w: d.w }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    struct Windy;
+    impl Atmosphere for Windy {
+        fn air(&self, _: f64, _: Vec3) -> Air {
+            let wind = Vec3::new(0.0, 20.0, 0.0);
+            Air { density: 1.0, pressure: 1.0, temperature: 280.0, speed_of_sound: 330.0, wind }
+        }
+    }
+    struct Down;
+    impl Gravity for Down {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            Vec3::z() * -9.81
+        }
+    }
+
+    fn gusts(fixed: Option<(Vec3, Vec3)>) -> Gusts {
+        Gusts::build(GustParams {
+            wind_20ft: 15.4,
+            sigma_high: 1.5,
+            length: fixed.map(|f| f.0),
+            sigma: fixed.map(|f| f.1),
+            atmosphere: Handle::new("air", Arc::new(Windy) as Arc<dyn Atmosphere>),
+            gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
+        })
+        .unwrap()
+    }
+
+    /// To the east through air that goes north: 150 m/s through it, along (0, 1, 0).
+    fn flying(height: f64) -> GustIn {
+        let velocity = Vec3::new(0.0, 170.0, 0.0);
+        GustIn { body: NodeState { velocity, ..NodeState::identity() }, height }
+    }
+
+    /// Rows of gusts along, left of and across the flight.
+    fn series(m: &Gusts, n: u64, dt: f64, u: &GustIn) -> Vec<[f64; 3]> {
+        let mut d = GustState::zero();
+        (0..n)
+            .map(|k| {
+                let c = Clock::at(k as f64 * dt, dt, k);
+                let y = m.direct(&c, &(), &d, u, &()).velocity;
+                d = m.update(&c, &(), &d, &(), u, &mut ());
+                // Along y; left of it is −x with z up; across both is +z.
+                [y.y, -y.x, y.z]
+            })
+            .collect()
+    }
+
+    #[test]
+    fn correlations_are_those_of_the_spectra() {
+        // EDL.md: L 533.4 m, V 150 m/s, 0.5 s: 0.86883 and 0.80775.
+        let m = gusts(Some((Vec3::repeat(533.4), Vec3::new(1.0, 2.0, 3.0))));
+        let (dt, lag) = (0.1, 5);
+        let rows = series(&m, 400_000, dt, &flying(f64::NAN));
+        for (k, sigma, want) in [(0, 1.0, 0.86883), (1, 2.0, 0.80775), (2, 3.0, 0.80775)] {
+            let product = |lag: usize| {
+                let pairs = rows.iter().zip(&rows[lag..]).map(|(a, b)| a[k] * b[k]);
+                pairs.sum::<f64>() / (rows.len() - lag) as f64
+            };
+            let square = product(0);
+            assert!((square.sqrt() / sigma - 1.0).abs() < 0.03, "{k}: {square}");
+            assert!((product(lag) / square - want).abs() < 0.012, "{k}: {}", product(lag) / square);
+        }
+    }
+
+    #[test]
+    fn the_first_sample_is_as_gusty_as_any() {
+        // Over many seeds, by the noise of many first samples.
+        let m = gusts(Some((Vec3::repeat(533.4), Vec3::new(1.0, 2.0, 3.0))));
+        let (n, u) = (20_000, flying(f64::NAN));
+        let mut sums = Vec3::zeros();
+        for k in 0..n {
+            let y = m.direct(&Clock::at(0.0, 0.1, k), &(), &GustState::zero(), &u, &()).velocity;
+            sums += Vec3::new(y.y, -y.x, y.z).map(|x| x * x);
+        }
+        let sigma = (sums / n as f64).map(f64::sqrt);
+        assert!((sigma - Vec3::new(1.0, 2.0, 3.0)).abs().max() < 0.06, "{sigma}");
+    }
+
+    #[test]
+    fn it_follows_the_height_and_says_when_there_is_none() {
+        let m = gusts(None);
+        let deviation = |height: f64| {
+            let rows = series(&m, 100_000, 0.2, &flying(height));
+            (rows.iter().map(|r| r[2] * r[2]).sum::<f64>() / rows.len() as f64).sqrt()
+        };
+        // σ_w = 0.1 W₂₀ below 1000 ft, σ above 2000 ft.
+        assert!((deviation(100.0) / 1.54 - 1.0).abs() < 0.04, "{}", deviation(100.0));
+        assert!((deviation(700.0) / 1.5 - 1.0).abs() < 0.04, "{}", deviation(700.0));
+        let (c, d, u) = (Clock::at(0.0, 0.1, 0), GustState::zero(), flying(f64::NAN));
+        assert!(m.direct(&c, &(), &d, &u, &()).velocity.x.is_nan());
+        let told = m.remarks(&c, &(), &d, &(), &u, &());
+        assert!(told[0].message.contains("height above the ground"), "{told:?}");
+        assert!(m.remarks(&c, &(), &d, &(), &flying(50.0), &()).is_empty());
+    }
+
+    #[test]
+    fn half_of_a_spectrum_is_refused() {
+        let handle = gusts(None).p;
+        let p = GustParams { length: Some(Vec3::repeat(500.0)), ..handle };
+        let told = Gusts::build(p).err().unwrap();
+        assert_eq!(told.param.as_deref(), Some("sigma"));
+    }
+}

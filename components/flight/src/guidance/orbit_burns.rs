@@ -1,0 +1,486 @@
+//! `flight.orbit_burns`: a plan of burns that change an orbit, one after another.
+//! ```text
+//! when    at a time, or at the next periapsis, apoapsis, ascending or descending node; the burn is centred on it: it begins
+//!         Δt/2 before, Δt = m v_g/F
+//! what    `delta_v`      (radial, along the motion, normal) as it will stand in the middle, m/s
+//!         `opposite`     radius r₂ of the apsis on the other side:  v_w = √(2 μ (1/r − 1/(r + r₂))) horizontally ahead
+//!         `inclination`  the horizontal velocity turned about the vertical to i:  sin A = cos i/cos φ
+//! v_g = v_w − v (closed loop), or Δv less what has been felt:  Δv_felt = v_k − v_(k−1) − g Δt, g in the middle
+//! F along v_g, at most `thrust`; a sample in which less does is the last one of its burn:  F = min(`thrust`, m v_g/Δt)
+//! ```
+//! The planet is at the origin of W, or W is a site on it. Apsides and nodes are those of the ellipse at the moment.
+
+use super::planet::inertial;
+use linkwork_runtime::prelude::*;
+use std::f64::consts::TAU;
+
+/// A place on the orbit.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Nearest to the planet.
+    Periapsis,
+    /// Farthest from it.
+    Apoapsis,
+    /// Through the equator to the north.
+    AscendingNode,
+    /// Through the equator to the south.
+    DescendingNode,
+}
+
+/// One burn: one of `time` and `at`, one of `delta_v`, `opposite` and `inclination`.
+#[derive(Params, Clone, Debug)]
+pub struct Burn {
+    /// Time of its middle.
+    #[param(unit = "s")]
+    pub time: Option<f64>,
+    /// Place of its middle.
+    pub at: Option<Place>,
+    /// Change of velocity: radial, along the motion, normal to the orbit, as they will stand in the middle of the burn.
+    #[param(unit = "m/s")]
+    pub delta_v: Option<Vec3>,
+    /// Radius of the apsis on the other side.
+    #[param(unit = "m", range = 1.0..)]
+    pub opposite: Option<f64>,
+    /// Inclination that it turns to.
+    #[param(unit = "rad", range = 0.0..=3.15)]
+    pub inclination: Option<f64>,
+}
+
+/// The plan.
+#[derive(Params, Clone, Debug)]
+pub struct OrbitBurnParams {
+    /// The burns in their order.
+    pub burns: Vec<Burn>,
+    /// Force of the engine.
+    #[param(unit = "N", range = 1e-9..)]
+    pub thrust: f64,
+    /// Of the planet, m³/s²: the Earth 3.986004418e14, Mars 4.282837e13.
+    #[param(default = 3.986_004_418e14, range = 1.0..)]
+    pub mu: f64,
+    /// Gravity.
+    #[param(service)]
+    pub gravity: Handle<dyn Gravity>,
+}
+
+/// The craft.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct OrbitBurnIn {
+    /// As navigation knows it, W.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Mass that the force carries.
+    #[port("kg")]
+    pub mass: f64,
+}
+
+/// What to do.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct OrbitBurnOut {
+    /// Force that is wanted, W; none between burns.
+    #[port("N")]
+    pub force: Vec3,
+    /// Direction of the present burn or of the next one as it would be now, W; none after the last.
+    #[port("1")]
+    pub direction: Vec3,
+    /// It burns.
+    #[port]
+    pub burning: bool,
+    /// Velocity to be gained in this burn or the next, v_g.
+    #[port("m/s")]
+    pub to_gain: f64,
+    /// Time until the next one begins; 0 in a burn and after the last.
+    #[port("s")]
+    pub to_go: f64,
+    /// Burns that are done.
+    #[port("1")]
+    pub done: f64,
+}
+
+/// Where the plan stands.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Plan {
+    /// Burns that are done.
+    #[port("1")]
+    pub done: f64,
+    /// It burns.
+    #[port]
+    pub burning: bool,
+    /// For `delta_v`: what is left of it, along the axes of W that stand still.
+    #[port("m/s")]
+    pub left: Vec3,
+    /// Horizontal speed at the beginning of the burn.
+    #[port("m/s")]
+    pub level: f64,
+    /// Inertial velocity at the last sample.
+    #[port("m/s")]
+    pub velocity: Vec3,
+    /// Gravity at the last sample.
+    #[port("m/s^2")]
+    pub pull: Vec3,
+    /// At the last sample: time until the next one begins.
+    #[port("s")]
+    pub to_go: f64,
+}
+
+/// A plan of burns.
+pub struct OrbitBurns {
+    p: OrbitBurnParams,
+    site: Option<Site>,
+}
+
+/// Radial, along the motion (horizontal), normal.
+fn axes(r: &Vec3, v: &Vec3) -> Option<[Vec3; 3]> {
+    let h = r.cross(v);
+    if !(h.norm() > 0.0) {
+        return None;
+    }
+    let (x, z) = (r.normalize(), h.normalize());
+    Some([x, z.cross(&x), z])
+}
+
+/// Time (s) until a place of the osculating ellipse comes; none on a parabola or hyperbola, or where nothing has a node.
+pub fn time_to(place: Place, r: &Vec3, v: &Vec3, mu: f64) -> Option<f64> {
+    let h = r.cross(v);
+    let energy = 0.5 * v.norm_squared() - mu / r.norm();
+    if !(energy < 0.0) || !(h.norm() > 0.0) {
+        return None;
+    }
+    let a = -0.5 * mu / energy;
+    let eccentric = v.cross(&h) / mu - r / r.norm();
+    let e = eccentric.norm();
+    // On a circle every point is an apsis: count from here.
+    let toward = if e > 1e-12 { eccentric / e } else { r.normalize() };
+    let across = h.normalize().cross(&toward);
+    let mean = |direction: &Vec3| {
+        let true_anomaly = direction.dot(&across).atan2(direction.dot(&toward));
+        let half = ((1.0 - e) / (1.0 + e)).max(0.0).sqrt() * (0.5 * true_anomaly).tan();
+        let anomaly = 2.0 * half.atan();
+        anomaly - e * anomaly.sin()
+    };
+    let node = Vec3::z().cross(&h);
+    let there = match place {
+        Place::Periapsis => toward,
+        Place::Apoapsis => -toward,
+        Place::AscendingNode | Place::DescendingNode if !(node.norm() > 1e-12 * h.norm()) => {
+            return None;
+        }
+        Place::AscendingNode => node,
+        Place::DescendingNode => -node,
+    };
+    let rate = (mu / (a * a * a)).sqrt();
+    // −0 would be a whole turn.
+    let turn = mean(&there) - mean(r);
+    let turn = if turn.abs() < 1e-13 { 0.0 } else { turn.rem_euclid(TAU) };
+    Some(turn / rate)
+}
+
+impl OrbitBurns {
+    /// Velocity to be gained, m/s; `begun`: with that horizontal speed, m/s, else now.
+    fn wanted(
+        &self,
+        burn: &Burn,
+        (r, v, mass): (&Vec3, &Vec3, f64),
+        begun: Option<f64>,
+    ) -> Option<Vec3> {
+        let [radial, ahead, normal] = axes(r, v)?;
+        if let Some(dv) = burn.delta_v {
+            let half = 0.5 * mass * dv.norm() / self.p.thrust;
+            let (sine, cosine) = (ahead.dot(v) / r.norm() * half).sin_cos();
+            let out = radial * cosine + ahead * sine;
+            return Some(out * dv.x + normal.cross(&out) * dv.y + normal * dv.z);
+        }
+        let radius = r.norm();
+        if let Some(other) = burn.opposite {
+            let speed = (2.0 * self.p.mu * (1.0 / radius - 1.0 / (radius + other))).sqrt();
+            return Some(ahead * speed - v);
+        }
+        let inclination = burn.inclination?;
+        let rise = v.dot(&radial);
+        let level = v - radial * rise;
+        let east = Vec3::z().cross(&radial);
+        if !(east.norm() > 1e-9) {
+            return None;
+        }
+        let (east, north) = (east.normalize(), radial.cross(&east.normalize()));
+        let cos_latitude = radial.x.hypot(radial.y);
+        let sine = (inclination.cos() / cos_latitude).clamp(-1.0, 1.0);
+        let cosine = (1.0 - sine * sine).sqrt() * level.dot(&north).signum();
+        Some((east * sine + north * cosine) * begun.unwrap_or(level.norm()) - level)
+    }
+
+    fn until(&self, burn: &Burn, t: f64, r: &Vec3, v: &Vec3) -> Option<f64> {
+        match (burn.time, burn.at) {
+            (Some(time), _) => Some(time - t),
+            (_, Some(place)) => time_to(place, r, v, self.p.mu),
+            _ => None,
+        }
+    }
+
+    fn decide(&self, c: &Clock, d: &Plan, u: &OrbitBurnIn) -> (Plan, OrbitBurnOut) {
+        let p = &self.p;
+        let (r, v) = inertial(self.site.as_ref(), &u.body);
+        let place = &u.body.position;
+        let turning = self.site.as_ref().map_or_else(Vec3::zeros, |s| s.centrifugal(place));
+        let pull = p.gravity.acceleration(c.t, *place) - turning;
+        let mut next = Plan { velocity: v, pull, to_go: 0.0, ..*d };
+        let mut out = OrbitBurnOut {
+            force: Vec3::zeros(),
+            direction: Vec3::zeros(),
+            burning: false,
+            to_gain: 0.0,
+            to_go: 0.0,
+            done: d.done,
+        };
+        let Some(burn) = p.burns.get(d.done as usize) else {
+            next.burning = false;
+            return (next, out);
+        };
+        // What has been felt since the last sample, in axes that turned meanwhile.
+        if d.burning && burn.delta_v.is_some() {
+            let back = self
+                .site
+                .as_ref()
+                .map_or_else(Quat::identity, |s| Quat::from_scaled_axis(-s.omega() * c.dt));
+            let felt = v - back * d.velocity - (pull + back * d.pull) * (0.5 * c.dt);
+            next.left = back * d.left - felt;
+        }
+        let gain = match d.burning && burn.delta_v.is_some() {
+            true => Some(next.left),
+            false => self.wanted(burn, (&r, &v, u.mass), d.burning.then_some(d.level)),
+        };
+        let Some(gain) = gain else { return (next, out) };
+        let size = gain.norm();
+        (out.to_gain, out.direction) = (size, if size > 0.0 { gain / size } else { Vec3::zeros() });
+        if !d.burning {
+            let before = 0.5 * u.mass * size / p.thrust;
+            let Some(until) = self.until(burn, c.t, &r, &v) else { return (next, out) };
+            let go = until - before;
+            next.to_go = go;
+            // Places come again: what was just missed is a whole turn away, and the time before it was short.
+            let missed =
+                burn.at.is_some() && go > d.to_go + 1.0 && d.to_go > 0.0 && d.to_go <= c.dt;
+            if go > 0.5 * c.dt && !missed {
+                out.to_go = go;
+                return (next, out);
+            }
+            next.left = gain;
+            next.level = (v - r * (v.dot(&r) / r.norm_squared())).norm();
+        }
+        let whole = u.mass * size / c.dt.max(1e-12);
+        (out.burning, out.force) = (true, out.direction * whole.min(p.thrust));
+        next.burning = whole > p.thrust;
+        next.done = if next.burning { d.done } else { d.done + 1.0 };
+        (next, out)
+    }
+}
+
+/// Carries out a plan of burns at times, apsides and nodes, by force; sampled.
+#[model("flight.orbit_burns")]
+impl Model for OrbitBurns {
+    type Params = OrbitBurnParams;
+    type Ud = OrbitBurnIn;
+    type Yd = OrbitBurnOut;
+    type D = Plan;
+    fn build(p: OrbitBurnParams) -> Result<Self, BuildError> {
+        for (k, b) in p.burns.iter().enumerate() {
+            let refuse = |fact: &str, help: &str| {
+                Err(BuildError::new(format!("burn {}: {fact}", k + 1)).help(help).at("burns"))
+            };
+            if b.time.is_some() == b.at.is_some() {
+                return refuse("one of `time` and `at` says when", "write one of them");
+            }
+            let whats = [b.delta_v.is_some(), b.opposite.is_some(), b.inclination.is_some()];
+            if whats.iter().filter(|w| **w).count() != 1 {
+                return refuse(
+                    "one of `delta_v`, `opposite` and `inclination` says what",
+                    "write one of them",
+                );
+            }
+        }
+        if p.burns
+            .windows(2)
+            .any(|w| matches!((w[0].time, w[1].time), (Some(a), Some(b)) if b <= a))
+        {
+            return Err(BuildError::new("the times of the burns do not rise")
+                .help("sort them by `time`")
+                .at("burns"));
+        }
+        let site = p.gravity.site();
+        Ok(OrbitBurns { p, site })
+    }
+    fn direct(&self, c: &Clock, _: &(), d: &Plan, u: &OrbitBurnIn) -> OrbitBurnOut {
+        self.decide(c, d, u).1
+    }
+    fn update(&self, c: &Clock, _: &(), d: &Plan, _: &(), u: &OrbitBurnIn) -> Plan {
+        self.decide(c, d, u).0
+    }
+    fn remarks(&self, c: &Clock, _: &(), d: &Plan, _: &(), u: &OrbitBurnIn) -> Vec<BuildError> {
+        let (r, v) = inertial(self.site.as_ref(), &u.body);
+        let Some(burn) = self.p.burns.get(d.done as usize) else { return Vec::new() };
+        let told = match (burn.time, burn.at) {
+            (Some(time), _) if time < c.t => Some((
+                format!(
+                    "burn {}: its time, {time} s, is over at {} s: it begins at once",
+                    d.done + 1.0,
+                    c.t
+                ),
+                "write a later `time`",
+            )),
+            (_, Some(place)) if time_to(place, &r, &v, self.p.mu).is_none() => Some((
+                format!("burn {}: the orbit has no {place:?} now: it waits for one", d.done + 1.0),
+                "write a `time`, or begin on an ellipse that is inclined",
+            )),
+            _ => None,
+        };
+        told.map(|(fact, help)| BuildError::new(fact).help(help).at("burns")).into_iter().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::planet::tests::Point;
+    use super::*;
+    use std::sync::Arc;
+
+    const MU: f64 = 3.986_004_418e14;
+
+    fn plan(burns: Vec<Burn>, thrust: f64) -> Result<OrbitBurns, BuildError> {
+        let point = Point { mu: MU, site: None };
+        OrbitBurns::build(OrbitBurnParams {
+            burns,
+            thrust,
+            mu: MU,
+            gravity: Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>),
+        })
+    }
+
+    fn burn() -> Burn {
+        Burn { time: None, at: None, delta_v: None, opposite: None, inclination: None }
+    }
+
+    /// Flies a craft of 1000 kg (without loss of mass) by Runge and Kutta until all burns are done.
+    fn fly(m: &OrbitBurns, mut r: Vec3, mut v: Vec3, dt: f64) -> (Vec3, Vec3, f64, f64) {
+        let (mut d, mut t, mut spent) = (Plan::zero(), 0.0, 0.0);
+        while (d.done as usize) < m.p.burns.len() {
+            let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
+            let u = OrbitBurnIn { body, mass: 1000.0 };
+            let c = Clock::at(t, dt, 0);
+            let y = m.direct(&c, &(), &d, &u, &());
+            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            let push = y.force / 1000.0;
+            spent += push.norm() * dt;
+            let a = |r: &Vec3| r * (-MU / r.norm().powi(3)) + push;
+            let (k1v, k1r) = (a(&r), v);
+            let (k2v, k2r) = (a(&(r + k1r * (0.5 * dt))), v + k1v * (0.5 * dt));
+            let (k3v, k3r) = (a(&(r + k2r * (0.5 * dt))), v + k2v * (0.5 * dt));
+            let (k4v, k4r) = (a(&(r + k3r * dt)), v + k3v * dt);
+            r += (k1r + (k2r + k3r) * 2.0 + k4r) * (dt / 6.0);
+            v += (k1v + (k2v + k3v) * 2.0 + k4v) * (dt / 6.0);
+            t += dt;
+            assert!(t < 2e5, "burn {} never ends", d.done + 1.0);
+        }
+        (r, v, t, spent)
+    }
+
+    fn circular(radius: f64, inclination: f64) -> (Vec3, Vec3) {
+        let along = Vec3::new(0.0, inclination.cos(), inclination.sin());
+        (Vec3::x() * radius, along * (MU / radius).sqrt())
+    }
+
+    /// From a low circle to the geostationary one: 2.4257 and 1.4668 km/s by impulses (from 300 km).
+    #[test]
+    fn two_burns_make_hohmanns_transfer() {
+        let (low, high) = (6_678_137.0, 42_164_000.0);
+        let first = Burn { time: Some(600.0), opposite: Some(high), ..burn() };
+        let second = Burn { at: Some(Place::Apoapsis), opposite: Some(high), ..burn() };
+        let m = plan(vec![first, second], 50_000.0).unwrap();
+        let (r, v) = circular(low, 0.4);
+        let (r, v, t, spent) = fly(&m, r, v, 0.5);
+        let transfer = 0.5 * (low + high);
+        let speed = |r: f64, a: f64| (MU * (2.0 / r - 1.0 / a)).sqrt();
+        let impulses =
+            speed(low, transfer) - speed(low, low) + speed(high, high) - speed(high, transfer);
+        let half = std::f64::consts::PI * (transfer.powi(3) / MU).sqrt();
+        println!("{spent} m/s for {impulses}, {t} s for {}", 600.0 + half);
+        // 50 m/s² for 48 s, in which the faster craft would rise, and is kept level.
+        assert!((0.0..6e-3).contains(&(spent / impulses - 1.0)));
+        assert!((t - 600.0 - half).abs() < 120.0);
+        assert!((r.norm() / high - 1.0).abs() < 2e-3, "{}", r.norm());
+        let e = (v.cross(&r.cross(&v)) / MU - r.normalize()).norm();
+        assert!(e < 1e-5, "{e}");
+    }
+
+    #[test]
+    fn an_inclination_is_turned_at_the_node() {
+        let turn = Burn { at: Some(Place::DescendingNode), inclination: Some(0.2), ..burn() };
+        let m = plan(vec![turn], 80_000.0).unwrap();
+        let (r, v) = circular(7e6, 0.5);
+        let (r, v, t, spent) = fly(&m, r, v, 0.5);
+        let h = r.cross(&v);
+        assert!(((h.z / h.norm()).acos() - 0.2).abs() < 1e-6);
+        let impulse = 2.0 * (MU / 7e6f64).sqrt() * 0.15f64.sin();
+        assert!((spent / impulse - 1.0).abs() < 2e-3, "{spent} for {impulse}");
+        let half = std::f64::consts::PI * (7e6f64.powi(3) / MU).sqrt();
+        assert!((t - half).abs() < 25.0, "{t}");
+    }
+
+    #[test]
+    fn a_vector_is_gained_as_it_stands_in_the_middle() {
+        let dv = Vec3::new(3.0, -20.0, 7.0);
+        let m = plan(vec![Burn { time: Some(1000.0), delta_v: Some(dv), ..burn() }], 1000.0);
+        let m = m.unwrap();
+        let (r, v) = circular(7e6, 0.5);
+        let (r1, v1, t, spent) = fly(&m, r, v, 1.0);
+        assert!((spent - dv.norm()).abs() < 1e-3, "{spent}");
+        // The energy of the impulse in the middle, but for the bend of the path (20 s of 5829 s, squared).
+        let energy = |r: &Vec3, v: &Vec3| 0.5 * v.norm_squared() - MU / r.norm();
+        let speed = (MU / 7e6f64).sqrt();
+        let want = -20.0 * speed + 0.5 * dv.norm_squared();
+        let got = energy(&r1, &v1) - energy(&r, &v);
+        assert!((got / want - 1.0).abs() < 1e-4, "{got} {want}");
+        assert!((t - 1000.0 - 0.5 * dv.norm()).abs() < 3.0, "{t}");
+    }
+
+    #[test]
+    fn times_to_places_are_keplers() {
+        // e = 0.3, at a true anomaly of 1 rad, inclined by 0.6 with the periapsis 0.5 after the node.
+        let (a, e, f, w) = (9e6, 0.3, 1.0_f64, 0.5_f64);
+        let p = a * (1.0 - e * e);
+        let turn =
+            Quat::from_axis_angle(&Vec3::x_axis(), 0.6) * Quat::from_axis_angle(&Vec3::z_axis(), w);
+        let r = turn * Vec3::new(f.cos(), f.sin(), 0.0) * (p / (1.0 + e * f.cos()));
+        let v = turn * Vec3::new(-f.sin(), e + f.cos(), 0.0) * (MU / p as f64).sqrt();
+        let mean = |f: f64| {
+            let s = 2.0 * (((1.0 - e) / (1.0 + e)).sqrt() * (0.5 * f).tan()).atan();
+            s - e * s.sin()
+        };
+        let n = (MU / (a * a * a)).sqrt();
+        let pi = std::f64::consts::PI;
+        for (place, turn) in [
+            (Place::Periapsis, TAU - mean(f)),
+            (Place::Apoapsis, pi - mean(f)),
+            (Place::AscendingNode, TAU + mean(-w) - mean(f)),
+            (Place::DescendingNode, mean(pi - w) - mean(f)),
+        ] {
+            let got = time_to(place, &r, &v, MU).unwrap();
+            assert!((got - turn / n).abs() < 1e-6, "{place:?}: {got} {}", turn / n);
+        }
+        assert!(time_to(Place::Apoapsis, &r, &(v * 2.0), MU).is_none());
+        let (r, v) = circular(7e6, 0.0);
+        assert!(time_to(Place::AscendingNode, &r, &v, MU).is_none());
+    }
+
+    #[test]
+    fn burns_without_a_when_or_a_what_are_refused() {
+        let whole = Burn { time: Some(9.0), opposite: Some(7e6), ..burn() };
+        for (burns, word) in [
+            (vec![Burn { time: None, ..whole.clone() }], "`at`"),
+            (vec![Burn { at: Some(Place::Apoapsis), ..whole.clone() }], "`at`"),
+            (vec![Burn { inclination: Some(0.1), ..whole.clone() }], "`inclination`"),
+            (vec![whole.clone(), whole], "do not rise"),
+        ] {
+            let e = plan(burns, 10.0).err().unwrap();
+            assert!(e.message.contains(word) && e.param.as_deref() == Some("burns"), "{e:?}");
+        }
+    }
+}

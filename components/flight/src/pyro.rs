@@ -1,0 +1,260 @@
+//! `flight.pyro`: a pyrotechnic device between two bodies that parts them by an impulse.
+//! ```text
+//! F(t) = J π/(2 τ) sin(π (t − t₀)/τ)  for t₀ ≤ t ≤ t₀ + τ:  ∫ F dt = J           n: the axis, fixed in a
+//! on b: F n at b          on a: −F n at b as well
+//! J = `impulse` (1 + `impulse_sigma` w₁)   t₀ = time of the command + `delay` + `delay_sigma` |w₂|          w: N(0, 1) by the run's seed
+//! ```
+//! Both forces act along one line: momentum and angular momentum of the pair stay as they were. Several of them, each with its
+//! own scatter, tip off what they part: Δω = J⁻¹ Σ r_k × ΔJ_k n. What holds the bodies together is released by a phase.
+//! Beginning and end are events.
+
+use linkwork_runtime::prelude::*;
+use std::f64::consts::PI;
+
+/// A device.
+#[derive(Params, Clone, Debug)]
+pub struct PyroParams {
+    /// Impulse J.
+    #[param(unit = "N s", range = 0.0..)]
+    pub impulse: f64,
+    /// How long it pushes, τ.
+    #[param(unit = "s", default = 0.01, range = 1e-6..)]
+    pub duration: f64,
+    /// Direction from a to b, in the axes of node a.
+    #[param(default = Vec3::x())]
+    pub axis: Vec3,
+    /// Time from the command to the beginning.
+    #[param(unit = "s", default = 0.0, range = 0.0..)]
+    pub delay: f64,
+    /// Relative standard deviation of the impulse.
+    #[param(default = 0.0, range = 0.0..=0.3)]
+    pub impulse_sigma: f64,
+    /// Scatter of the delay: only later.
+    #[param(unit = "s", default = 0.0, range = 0.0..)]
+    pub delay_sigma: f64,
+    /// When it has its command, after it is there (0: as its phase begins); unwritten: where `fire` rises through ½.
+    #[param(unit = "s", range = 0.0..)]
+    pub after: Option<f64>,
+}
+
+/// The two nodes, and the command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PyroIn {
+    /// The node that stays behind.
+    #[port(bind = "a")]
+    pub a: NodeState,
+    /// The node that is pushed.
+    #[port(bind = "b")]
+    pub b: NodeState,
+    /// Fires it where it rises through ½, unless `after` says when.
+    #[port("1", default = 0.0)]
+    pub fire: f64,
+}
+
+/// Forces.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct PyroOut {
+    /// On a.
+    #[port(bind = "a")]
+    pub on_a: Wrench,
+    /// On b.
+    #[port(bind = "b")]
+    pub on_b: Wrench,
+    /// Force along the axis.
+    #[port("N")]
+    pub force: f64,
+    /// It has been used.
+    #[port]
+    pub spent: bool,
+}
+
+/// How long it has been there.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Waited {
+    /// Time since it is there.
+    #[port("s")]
+    pub time: f64,
+}
+
+/// How far it is.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Charge {
+    /// 0 waits, 1 has its command, 2 pushes, 3 is spent.
+    #[port("1")]
+    pub stage: f64,
+    /// When the push begins.
+    #[port("s")]
+    pub begins: f64,
+    /// Its impulse.
+    #[port("N s")]
+    pub impulse: f64,
+}
+
+/// The next change.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct NextStage {
+    /// Time since it begins or ends, or command over ½.
+    #[port("*", rising)]
+    pub since: f64,
+}
+
+/// A guard that begins on its zero is not seen to rise: a command at once comes so much later, s.
+const AT_ONCE: f64 = 1e-9;
+
+/// A pyrotechnic device.
+pub struct Pyro {
+    p: PyroParams,
+}
+
+/// A pyrotechnic device that parts two bodies by an impulse, with scatter of its size and instant.
+#[model("flight.pyro")]
+impl Model for Pyro {
+    type Params = PyroParams;
+    type Ud = PyroIn;
+    type Yd = PyroOut;
+    type X = Waited;
+    type D = Charge;
+    type G = NextStage;
+    fn build(mut p: PyroParams) -> Result<Self, BuildError> {
+        let length = p.axis.norm();
+        if !(length > 1e-9) {
+            return Err(BuildError::new("the axis has no length")
+                .help("write a direction, e.g. axis: [1, 0, 0]")
+                .at("axis"));
+        }
+        p.axis /= length;
+        Ok(Pyro { p })
+    }
+    fn direct(&self, c: &Clock, _: &Waited, d: &Charge, u: &PyroIn) -> PyroOut {
+        let tau = self.p.duration;
+        let force = if d.stage == 2.0 {
+            let share = ((c.t - d.begins) / tau).clamp(0.0, 1.0);
+            0.5 * d.impulse * PI / tau * (PI * share).sin()
+        } else {
+            0.0
+        };
+        let push = u.a.rotation * self.p.axis * force;
+        let arm = u.b.position - u.a.position;
+        PyroOut {
+            on_a: Wrench { moment: -arm.cross(&push), force: -push },
+            on_b: Wrench { moment: Vec3::zeros(), force: push },
+            force,
+            spent: d.stage == 3.0,
+        }
+    }
+    fn deriv(&self, _: &Clock, _: &Waited) -> Waited {
+        Waited { time: 1.0 }
+    }
+    fn guards(&self, c: &Clock, x: &Waited, d: &Charge, _: &(), u: &PyroIn) -> NextStage {
+        let since = match d.stage {
+            0.0 => self.p.after.map_or(u.fire - 0.5, |after| x.time - after.max(AT_ONCE)),
+            1.0 => c.t - d.begins,
+            2.0 => c.t - (d.begins + self.p.duration),
+            _ => -1.0,
+        };
+        NextStage { since }
+    }
+    fn fired(&self, c: &Clock, _: usize, x: &Waited, d: &Charge) -> (Waited, Charge) {
+        let p = &self.p;
+        if d.stage > 0.0 {
+            return (*x, Charge { stage: d.stage + 1.0, ..*d });
+        }
+        let late = p.delay + p.delay_sigma * c.normal(1).abs();
+        let impulse = p.impulse * (1.0 + p.impulse_sigma * c.normal(0)).max(0.0);
+        let stage = if late > 0.0 { 1.0 } else { 2.0 };
+        (*x, Charge { stage, begins: c.t + late, impulse })
+    }
+    fn remarks(&self, _: &Clock, _: &Waited, d: &Charge, _: &(), u: &PyroIn) -> Vec<BuildError> {
+        let early = self.p.after.is_none() && d.stage == 0.0 && u.fire >= 0.5;
+        let told = early.then(|| {
+            BuildError::new(
+                "its command stands from the beginning, and does not rise: it never fires",
+            )
+            .help("write `after: 0`, or command it later")
+            .at("after")
+        });
+        told.into_iter().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pyro(scatter: f64, delay: f64) -> Pyro {
+        Pyro::build(PyroParams {
+            impulse: 12.0,
+            duration: 0.02,
+            axis: Vec3::new(0.0, 0.0, 3.0),
+            delay,
+            impulse_sigma: scatter,
+            delay_sigma: 0.0,
+            after: None,
+        })
+        .unwrap()
+    }
+
+    fn input(fire: f64) -> PyroIn {
+        let a = NodeState { position: Vec3::new(1.0, 2.0, 3.0), ..NodeState::identity() };
+        let b = NodeState { position: Vec3::new(1.1, 2.0, 3.4), ..a };
+        PyroIn { a, b, fire }
+    }
+
+    #[test]
+    fn it_gives_its_impulse_once_along_one_line() {
+        let m = pyro(0.0, 0.5);
+        let (x, mut d) = (Waited::zero(), Charge::zero());
+        let guard = |t: f64, d: &Charge, fire: f64| {
+            m.guards(&Clock::at(t, 0.1, 0), &x, d, &(), &input(fire), &()).since
+        };
+        assert!(guard(1.0, &d, 0.0) < 0.0 && guard(1.0, &d, 1.0) > 0.0);
+        let fire = |t: f64, d: &Charge| {
+            m.fired(&Clock::at(t, 0.1, 0), 0, &x, d, &(), &input(1.0), &mut ()).1
+        };
+        d = fire(1.0, &d);
+        assert_eq!((d.stage, d.begins), (1.0, 1.5));
+        assert!(guard(1.4, &d, 1.0) < 0.0 && guard(1.51, &d, 1.0) > 0.0);
+        d = fire(1.5, &d);
+        let force = |t: f64, d: &Charge| m.direct(&Clock::at(t, 0.1, 0), &x, d, &input(1.0), &());
+        // By Simpson's rule.
+        let n = 200;
+        let sum: f64 = (0..=n)
+            .map(|k| {
+                let weight = if k == 0 || k == n { 1.0 } else { [2.0, 4.0][k % 2] };
+                weight * force(1.5 + 0.02 * k as f64 / n as f64, &d).force
+            })
+            .sum();
+        assert!((sum * 0.02 / n as f64 / 3.0 - 12.0).abs() < 1e-8, "{sum}");
+        let (u, y) = (input(1.0), force(1.507, &d));
+        assert_eq!(y.on_a.force + y.on_b.force, Vec3::zeros());
+        let about = |s: &NodeState, w: &Wrench| w.moment + s.position.cross(&w.force);
+        let total = about(&u.a, &y.on_a) + about(&u.b, &y.on_b);
+        assert!(y.force > 100.0 && total.norm() < 1e-9, "{total}");
+        d = fire(1.52, &d);
+        assert!(force(1.53, &d).spent && force(1.53, &d).force == 0.0);
+        // A second command does nothing.
+        assert!(guard(2.0, &d, 0.0) < 0.0 && guard(2.0, &d, 1.0) < 0.0);
+    }
+
+    #[test]
+    fn it_scatters_by_seed() {
+        let m = pyro(0.05, 0.0);
+        let drawn = |key: u64| {
+            let c = Clock { t: 1.0, dt: 0.0, n: 0, key };
+            m.fired(&c, 0, &Waited::zero(), &Charge::zero(), &(), &input(1.0), &mut ()).1.impulse
+        };
+        let all: Vec<f64> = (0..4000).map(drawn).collect();
+        let mean = all.iter().sum::<f64>() / 4000.0;
+        let spread = (all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 4000.0).sqrt();
+        assert!((mean - 12.0).abs() < 0.04 && (spread - 0.6).abs() < 0.03, "{mean} {spread}");
+        assert_eq!(drawn(7), drawn(7));
+    }
+
+    #[test]
+    fn a_command_that_does_not_rise_is_told() {
+        let (c, d) = (Clock::at(0.0, 0.1, 0), Charge::zero());
+        let told = pyro(0.0, 0.0).remarks(&c, &Waited::zero(), &d, &(), &input(1.0), &());
+        assert!(told[0].message.contains("never fires"), "{told:?}");
+        assert!(pyro(0.0, 0.0).remarks(&c, &Waited::zero(), &d, &(), &input(0.0), &()).is_empty());
+    }
+}
