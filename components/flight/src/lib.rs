@@ -11,6 +11,7 @@
 pub mod aerodynamics;
 pub mod attitude;
 pub mod balloon;
+pub mod capture;
 pub mod drag;
 pub mod engine;
 pub mod guidance;
@@ -46,6 +47,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<attitude::reaction_wheel::ReactionWheel>(),
         Entry::model::<attitude::thrust_vector::ThrustVectorControl>(),
         Entry::model::<balloon::Balloon>(),
+        Entry::model::<capture::Capture>(),
         Entry::model::<drag::Drag>(),
         Entry::model::<engine::Engine>(),
         Entry::model::<guidance::approach::Glideslope>(),
@@ -80,6 +82,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<propulsion::blow_down::BlowDown>(),
         Entry::model::<propulsion::feed_line::FeedLine>(),
         Entry::model::<propulsion::held_thruster::HeldThruster>(),
+        Entry::model::<propulsion::plume::Plume>(),
         Entry::model::<propulsion::solid_motor::SolidMotor>(),
         Entry::model::<propulsion::thruster::Thruster>(),
         Entry::model::<propulsion::vector_thrust::VectorThrust>(),

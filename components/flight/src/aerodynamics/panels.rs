@@ -116,6 +116,23 @@ pub fn sum(
     (force, moment)
 }
 
+/// Makes the normals unit vectors.
+///
+/// # Errors
+/// A normal without length.
+pub fn unit_normals(panels: &mut [Panel]) -> Result<(), BuildError> {
+    for (k, panel) in panels.iter_mut().enumerate() {
+        let length = panel.normal.norm();
+        if !(length > 1e-9) {
+            return Err(BuildError::new(format!("the normal of panel {} has no length", k + 1))
+                .help("write a direction, e.g. normal: [1, 0, 0]")
+                .at("panels"));
+        }
+        panel.normal /= length;
+    }
+    Ok(())
+}
+
 /// Panels in a stream.
 pub struct PanelAerodynamics {
     p: PanelParams,
@@ -128,18 +145,7 @@ impl Model for PanelAerodynamics {
     type Ud = PanelIn;
     type Yd = PanelOut;
     fn build(mut p: PanelParams) -> Result<Self, BuildError> {
-        for (k, panel) in p.panels.iter_mut().enumerate() {
-            let length = panel.normal.norm();
-            if !(length > 1e-9) {
-                return Err(BuildError::new(format!(
-                    "the normal of panel {} has no length",
-                    k + 1
-                ))
-                .help("write a direction, e.g. normal: [1, 0, 0]")
-                .at("panels"));
-            }
-            panel.normal /= length;
-        }
+        unit_normals(&mut p.panels)?;
         Ok(PanelAerodynamics { p })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &PanelIn) -> PanelOut {

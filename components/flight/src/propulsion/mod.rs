@@ -3,6 +3,7 @@
 pub mod blow_down;
 pub mod feed_line;
 pub mod held_thruster;
+pub mod plume;
 pub mod slosh;
 pub mod solid_motor;
 pub mod thruster;
