@@ -4,6 +4,8 @@
 //!                                         g: of free fall where it is, as it moves; turn rate and a against inertial space
 //! n ~ N/√Δt          white noise of density N  (Allan deviation N/√τ)
 //! b' = b + K √Δt w   random walk of density K   (Allan deviation K √(τ/3))
+//! b  + B √(ln 10/π) Σ x_k,  x_k' = e^(−Δt/T_k) x_k + √(1 − e^(−2Δt/T_k)) w,  T_k = 1, 10 … 10⁴ s:
+//!                    instability B, noise 1/f within 2 % from 3 to 3000 s (Allan deviation √(2 ln 2/π) B, flat)
 //! ```
 //! At rest the accelerometer reads +g upwards. The first bias is drawn from its spread by the run's seed.
 
@@ -16,6 +18,8 @@ pub enum Grade {
     Ideal,
     /// LN-200S class (MER, MSL): 0.07 °/√h, 1 °/h, 35 µg/√Hz, 300 µg.
     Ln200s,
+    /// Navigation grade, MIMU class: 0.005 °/√h, 0.005 °/h, 100 µg.
+    Mimu,
     /// ADIS16448-class MEMS: 0.66 °/√h, 14.5 °/h, 230 µg/√Hz, 3 mg.
     Mems,
 }
@@ -27,6 +31,8 @@ pub struct Errors {
     pub white: f64,
     /// Density of the bias's random walk, unit/√s.
     pub walk: f64,
+    /// Instability of the bias, unit.
+    pub instability: f64,
     /// Spread of the first bias, unit.
     pub bias: f64,
     /// Scale error.
@@ -37,19 +43,36 @@ pub struct Errors {
 const G: f64 = 9.80665;
 
 /// Errors of the gyroscopes (rad/s) and the accelerometers (m/s²) of a grade. Random walks and scale errors
-/// are typical values for the class, not of a data sheet.
+/// are typical values for the class, not of a data sheet; so is the noise of the accelerometers of `mimu`. No grade has an instability of its own.
 pub fn errors_of(grade: Grade) -> (Errors, Errors) {
+    let none = Errors::default();
     let per_root_hour = 1f64.to_radians() / 60.0;
     let per_hour = 1f64.to_radians() / 3600.0;
     match grade {
         Grade::Ideal => (Errors::default(), Errors::default()),
         Grade::Ln200s => (
-            Errors { white: 0.07 * per_root_hour, walk: 1e-8, bias: per_hour, scale: 1e-4 },
-            Errors { white: 35e-6 * G, walk: 1e-6, bias: 300e-6 * G, scale: 3e-4 },
+            Errors { white: 0.07 * per_root_hour, walk: 1e-8, bias: per_hour, scale: 1e-4, ..none },
+            Errors { white: 35e-6 * G, walk: 1e-6, bias: 300e-6 * G, scale: 3e-4, ..none },
+        ),
+        Grade::Mimu => (
+            Errors {
+                white: 0.005 * per_root_hour,
+                walk: 1e-10,
+                bias: 0.005 * per_hour,
+                scale: 1e-6,
+                ..none
+            },
+            Errors { white: 5e-6 * G, walk: 1e-8, bias: 100e-6 * G, scale: 1e-4, ..none },
         ),
         Grade::Mems => (
-            Errors { white: 0.66 * per_root_hour, walk: 4e-6, bias: 14.5 * per_hour, scale: 3e-3 },
-            Errors { white: 230e-6 * G, walk: 3e-5, bias: 3e-3 * G, scale: 3e-3 },
+            Errors {
+                white: 0.66 * per_root_hour,
+                walk: 4e-6,
+                bias: 14.5 * per_hour,
+                scale: 3e-3,
+                ..none
+            },
+            Errors { white: 230e-6 * G, walk: 3e-5, bias: 3e-3 * G, scale: 3e-3, ..none },
         ),
     }
 }
@@ -66,12 +89,18 @@ pub struct ImuParams {
     /// Random walk of the gyroscopes' bias, rad/s/√s.
     #[param(default = None)]
     pub gyro_walk: Option<f64>,
+    /// Instability of the gyroscopes' bias: the flat part of its Allan deviation is 0.664 of it.
+    #[param(unit = "rad/s", default = 0.0, range = 0.0..)]
+    pub gyro_instability: f64,
     /// White noise of the accelerometers, m/s²/√Hz.
     #[param(default = None)]
     pub accel_white: Option<f64>,
     /// Random walk of the accelerometers' bias, m/s²/√s.
     #[param(default = None)]
     pub accel_walk: Option<f64>,
+    /// Instability of the accelerometers' bias.
+    #[param(unit = "m/s^2", default = 0.0, range = 0.0..)]
+    pub accel_instability: f64,
     /// Misalignment of both triads as a small rotation in the sensor's frame.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub misalignment: Vec3,
@@ -111,6 +140,9 @@ pub struct ImuState {
     /// Walk of the accelerometers' bias.
     #[port("m/s^2")]
     pub accel: Vec3,
+    /// Parts of the instability of both triads, by time constant, in units of its spread.
+    #[port("1")]
+    pub unstable: [f64; 6 * SCALES],
     /// The first bias of both triads in units of its spread.
     #[port("1")]
     pub first: [f64; 6],
@@ -119,27 +151,96 @@ pub struct ImuState {
     pub drawn: bool,
 }
 
-/// An inertial measurement unit.
-pub struct Imu {
-    p: ImuParams,
-    gyro: Errors,
-    accel: Errors,
-}
+/// Time constants T_k of the parts of an instability: a decade from one to the next, s.
+const TIMES: [f64; SCALES] = [1.0, 10.0, 100.0, 1e3, 1e4];
+const SCALES: usize = 5;
+
+/// Lanes of noise: white of both triads, walks, first biases, then the parts of the instability, then their beginning.
+const UNSTABLE: u32 = 18;
+const BEGINNING: u32 = UNSTABLE + 6 * SCALES as u32;
 
 fn normals(c: &Clock, lane: u32) -> Vec3 {
     Vec3::new(c.normal(lane), c.normal(lane + 1), c.normal(lane + 2))
 }
 
-impl Imu {
-    fn read(&self, e: &Errors, c: &Clock, lane: u32, v: Vec3, bias: Vec3) -> Vec3 {
-        let turned = v + self.p.misalignment.cross(&v);
-        let noise = if e.white > 0.0 && c.dt > 0.0 {
-            normals(c, lane) * (e.white / c.dt.sqrt())
-        } else {
-            Vec3::zeros()
-        };
-        turned * (1.0 + e.scale) + bias + noise
+/// Gyroscopes and accelerometers with their errors.
+pub(crate) struct Triads {
+    p: ImuParams,
+    gyro: Errors,
+    accel: Errors,
+}
+
+impl Triads {
+    pub(crate) fn new(p: ImuParams) -> Triads {
+        let (mut gyro, mut accel) = errors_of(p.grade);
+        gyro.white = p.gyro_white.unwrap_or(gyro.white);
+        gyro.walk = p.gyro_walk.unwrap_or(gyro.walk);
+        gyro.instability = p.gyro_instability;
+        accel.white = p.accel_white.unwrap_or(accel.white);
+        accel.walk = p.accel_walk.unwrap_or(accel.walk);
+        accel.instability = p.accel_instability;
+        Triads { p, gyro, accel }
     }
+
+    /// Turn rate against inertial space (rad/s) and specific force (m/s²), sensor's frame.
+    fn truth(&self, t: f64, u: &ImuIn) -> (Vec3, Vec3) {
+        let to_sensor = u.mount.rotation.inverse();
+        let gravity = self.p.gravity.free_fall(t, u.mount.position, u.mount.velocity);
+        let turning = self.p.gravity.site().map_or(Vec3::zeros(), |s| s.omega());
+        (to_sensor * (u.mount.angular + turning), to_sensor * (u.motion.linear - gravity))
+    }
+
+    /// What both triads feel without white noise, rad/s and m/s².
+    pub(crate) fn felt(&self, t: f64, d: &ImuState, u: &ImuIn) -> (Vec3, Vec3) {
+        let (rate, force) = self.truth(t, u);
+        let bias = |e: &Errors, walk: Vec3, triad: usize| {
+            let first = Vec3::from_column_slice(&d.first[3 * triad..3 * triad + 3]);
+            let parts = d.unstable[3 * SCALES * triad..3 * SCALES * (triad + 1)].chunks_exact(3);
+            let unstable: Vec3 = parts.map(Vec3::from_column_slice).sum();
+            let spread = e.instability * (10f64.ln() / std::f64::consts::PI).sqrt();
+            walk + first * e.bias + unstable * spread
+        };
+        let bent = |e: &Errors, v: Vec3| (v + self.p.misalignment.cross(&v)) * (1.0 + e.scale);
+        (
+            bent(&self.gyro, rate) + bias(&self.gyro, d.gyro, 0),
+            bent(&self.accel, force) + bias(&self.accel, d.accel, 1),
+        )
+    }
+
+    /// White noise of both triads as a mean over a sample, rad/s and m/s².
+    pub(crate) fn noise(&self, c: &Clock) -> (Vec3, Vec3) {
+        let of = |e: &Errors, lane: u32| match e.white > 0.0 && c.dt > 0.0 {
+            true => normals(c, lane) * (e.white / c.dt.sqrt()),
+            false => Vec3::zeros(),
+        };
+        (of(&self.gyro, 0), of(&self.accel, 3))
+    }
+
+    /// The biases a sample later.
+    pub(crate) fn later(&self, c: &Clock, d: &ImuState) -> ImuState {
+        let step = c.dt.max(0.0).sqrt();
+        let unstable = |k: usize| {
+            let e = if k < 3 * SCALES { &self.gyro } else { &self.accel };
+            if !(e.instability > 0.0) {
+                return 0.0;
+            }
+            let now = if d.drawn { d.unstable[k] } else { c.normal(BEGINNING + k as u32) };
+            let x = c.dt / TIMES[k % (3 * SCALES) / 3];
+            (-x).exp() * now + (-f64::exp_m1(-2.0 * x)).sqrt() * c.normal(UNSTABLE + k as u32)
+        };
+        ImuState {
+            gyro: d.gyro + normals(c, 6) * (self.gyro.walk * step),
+            accel: d.accel + normals(c, 9) * (self.accel.walk * step),
+            unstable: std::array::from_fn(unstable),
+            first: if d.drawn { d.first } else { std::array::from_fn(|k| c.normal(12 + k as u32)) },
+            drawn: true,
+        }
+    }
+}
+
+/// An inertial measurement unit.
+pub struct Imu {
+    triads: Triads,
 }
 
 /// Gyroscopes and accelerometers with the errors of their grade; sampled.
@@ -150,33 +251,14 @@ impl Model for Imu {
     type Yd = ImuOut;
     type D = ImuState;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
-        let (mut gyro, mut accel) = errors_of(p.grade);
-        gyro.white = p.gyro_white.unwrap_or(gyro.white);
-        gyro.walk = p.gyro_walk.unwrap_or(gyro.walk);
-        accel.white = p.accel_white.unwrap_or(accel.white);
-        accel.walk = p.accel_walk.unwrap_or(accel.walk);
-        Ok(Imu { p, gyro, accel })
+        Ok(Imu { triads: Triads::new(p) })
     }
     fn direct(&self, c: &Clock, _: &(), d: &ImuState, u: &ImuIn) -> ImuOut {
-        let to_sensor = u.mount.rotation.inverse();
-        let gravity = self.p.gravity.free_fall(c.t, u.mount.position, u.mount.velocity);
-        let turning = self.p.gravity.site().map_or(Vec3::zeros(), |s| s.omega());
-        let first = |k: usize| Vec3::new(d.first[k], d.first[k + 1], d.first[k + 2]);
-        let rate = to_sensor * (u.mount.angular + turning);
-        let force = to_sensor * (u.motion.linear - gravity);
-        ImuOut {
-            rate: self.read(&self.gyro, c, 0, rate, d.gyro + first(0) * self.gyro.bias),
-            force: self.read(&self.accel, c, 3, force, d.accel + first(3) * self.accel.bias),
-        }
+        let ((rate, force), (a, b)) = (self.triads.felt(c.t, d, u), self.triads.noise(c));
+        ImuOut { rate: rate + a, force: force + b }
     }
     fn update(&self, c: &Clock, _: &(), d: &ImuState, _: &()) -> ImuState {
-        let step = c.dt.max(0.0).sqrt();
-        ImuState {
-            gyro: d.gyro + normals(c, 6) * (self.gyro.walk * step),
-            accel: d.accel + normals(c, 9) * (self.accel.walk * step),
-            first: if d.drawn { d.first } else { std::array::from_fn(|k| c.normal(12 + k as u32)) },
-            drawn: true,
-        }
+        self.triads.later(c, d)
     }
 }
 
@@ -197,8 +279,10 @@ pub(crate) mod tests {
             grade,
             gyro_white: white,
             gyro_walk: walk,
+            gyro_instability: 0.0,
             accel_white: white,
             accel_walk: walk,
+            accel_instability: 0.0,
             misalignment: Vec3::zeros(),
             gravity: Handle::new("gravity", Arc::new(Mars) as Arc<dyn Gravity>),
         };
@@ -280,6 +364,35 @@ pub(crate) mod tests {
             let got = allan(&y, m);
             assert!((got / want - 1.0).abs() < 0.1, "{tau}: {got} {want}");
         }
+    }
+
+    /// EDL.md: σ² = (2 ln 2/π) B², whatever the cluster.
+    #[test]
+    fn instability_has_a_flat_allan_deviation() {
+        let b = 3e-5;
+        let mut m = imu(Grade::Ideal, Some(0.0), Some(0.0));
+        m.triads.gyro.instability = b;
+        let y = series(&m, 400_000, 1.0);
+        let flat = (2.0 * 2f64.ln() / std::f64::consts::PI).sqrt() * b;
+        for cluster in [10, 30, 100, 300] {
+            let got = allan(&y, cluster);
+            assert!((got / flat - 1.0).abs() < 0.08, "{cluster} s: {got} {flat}");
+        }
+        // From the first sample on: over many seeds it is as wide as later.
+        let c = |key: u64, n: u64| Clock { t: n as f64, dt: 1.0, n, key };
+        let spread = |samples: u64| {
+            let all = (0..2000).map(|key| {
+                let mut d = ImuState::zero();
+                for n in 0..samples {
+                    d = m.update(&c(key, n), &(), &d, &(), &at_rest(), &mut ());
+                }
+                m.triads.felt(0.0, &d, &at_rest()).0.x.powi(2)
+            });
+            (all.sum::<f64>() / 2000.0).sqrt()
+        };
+        let width = b * (5.0 * 10f64.ln() / std::f64::consts::PI).sqrt();
+        assert!((spread(1) / width - 1.0).abs() < 0.06, "{} {width}", spread(1));
+        assert!((spread(40) / width - 1.0).abs() < 0.06, "{} {width}", spread(40));
     }
 
     #[test]

@@ -18,6 +18,7 @@ pub mod encoder;
 pub mod force_torque;
 pub mod gnss;
 pub mod imu;
+pub mod imu_increments;
 pub mod inclinometer;
 pub mod lidar;
 pub mod magnetometer;
@@ -45,6 +46,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<force_torque::ForceTorque>(),
         Entry::sized::<gnss::Gnss>(),
         Entry::model::<imu::Imu>(),
+        Entry::model::<imu_increments::ImuIncrements>(),
         Entry::model::<inclinometer::Inclinometer>(),
         Entry::sized::<lidar::LidarSensor>(),
         Entry::model::<magnetometer::Magnetometer>(),

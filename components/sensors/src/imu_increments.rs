@@ -1,0 +1,154 @@
+//! `sensors.imu_increments`: an inertial unit that integrates: angles and velocities gained from sample to sample, as strapdown navigation takes them.
+//! ```text
+//! Δθ = ∫ m_g dt,  Δv = ∫ m_a dt        over the sample that ends now; m_g, m_a: what the triads feel, sensor's frame, with all errors of `sensors.imu`
+//! n ~ N √Δt                            white noise of density N: random walk of the angle and of the velocity
+//! ```
+//! The integrals are states of the run's integrator, so that they hold what happens within a sample. Axis by axis they are no rotation:
+//! a turn that cones (∫ ω × ∫ω) and a force that turns along (sculling) are the software's to correct, as with a real unit:
+//! ```text
+//! two samples 1, 2:   φ = Δθ₁ + Δθ₂ + ⅔ Δθ₁ × Δθ₂
+//!                     Δv = Δv₁ + Δv₂ + ½ (Δθ₁ + Δθ₂) × (Δv₁ + Δv₂) + ⅔ (Δθ₁ × Δv₂ + Δv₁ × Δθ₂)      in axes of the beginning
+//! ```
+//! Between samples the outputs grow from the noise to the next increment; what reads them at its own ticks of the same rate has whole ones.
+
+use crate::imu::{ImuIn, ImuParams, ImuState, Triads};
+use linkwork_runtime::prelude::*;
+
+/// Increments in the sensor's frame.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct IncrementsOut {
+    /// Angles Δθ gained since the last sample.
+    #[port("rad")]
+    pub angle: Vec3,
+    /// Velocity Δv gained since the last sample, without gravity.
+    #[port("m/s")]
+    pub velocity: Vec3,
+}
+
+/// The integrals since the beginning.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Integrals {
+    /// Of the turn rate.
+    #[port("rad")]
+    pub angle: Vec3,
+    /// Of the specific force.
+    #[port("m/s")]
+    pub velocity: Vec3,
+}
+
+/// Errors, and the integrals at the last sample.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Sampled {
+    /// Biases.
+    #[port(group)]
+    pub errors: ImuState,
+    /// Integral of the turn rate at the last sample.
+    #[port("rad")]
+    pub angle: Vec3,
+    /// Integral of the specific force at the last sample.
+    #[port("m/s")]
+    pub velocity: Vec3,
+    /// Noise of this sample's angles.
+    #[port("rad")]
+    pub angle_noise: Vec3,
+    /// Noise of this sample's velocities.
+    #[port("m/s")]
+    pub velocity_noise: Vec3,
+}
+
+/// An inertial unit that integrates.
+pub struct ImuIncrements {
+    triads: Triads,
+}
+
+/// Gyroscopes and accelerometers that give increments of angle and velocity from sample to sample.
+#[model("sensors.imu_increments")]
+impl Model for ImuIncrements {
+    type Params = ImuParams;
+    type Ud = ImuIn;
+    type Ym = IncrementsOut;
+    type X = Integrals;
+    type D = Sampled;
+    fn build(p: ImuParams) -> Result<Self, BuildError> {
+        Ok(ImuIncrements { triads: Triads::new(p) })
+    }
+    fn moore(&self, _: &Clock, x: &Integrals, d: &Sampled) -> IncrementsOut {
+        IncrementsOut {
+            angle: x.angle - d.angle + d.angle_noise,
+            velocity: x.velocity - d.velocity + d.velocity_noise,
+        }
+    }
+    fn deriv(&self, c: &Clock, _: &Integrals, d: &Sampled, _: &(), u: &ImuIn) -> Integrals {
+        let (angle, velocity) = self.triads.felt(c.t, &d.errors, u);
+        Integrals { angle, velocity }
+    }
+    fn update(&self, c: &Clock, x: &Integrals, d: &Sampled, _: &(), _: &ImuIn) -> Sampled {
+        let (rate, force) = self.triads.noise(c);
+        Sampled {
+            errors: self.triads.later(c, &d.errors),
+            angle: x.angle,
+            velocity: x.velocity,
+            angle_noise: rate * c.dt,
+            velocity_noise: force * c.dt,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imu::Grade;
+    use std::sync::Arc;
+
+    struct Down;
+    impl Gravity for Down {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            Vec3::new(0.0, 0.0, -9.81)
+        }
+    }
+
+    #[test]
+    fn white_noise_walks_with_the_root_of_time() {
+        let (white, dt, n) = (3e-4, 0.02, 500);
+        let m = ImuIncrements::build(ImuParams {
+            grade: Grade::Ideal,
+            gyro_white: Some(white),
+            gyro_walk: None,
+            gyro_instability: 0.0,
+            accel_white: Some(10.0 * white),
+            accel_walk: None,
+            accel_instability: 0.0,
+            misalignment: Vec3::zeros(),
+            gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
+        })
+        .unwrap();
+        let motion = NodeAccel { angular: Vec3::zeros(), linear: Vec3::new(0.0, 0.0, 0.0) };
+        let u = ImuIn { mount: NodeState::identity(), motion };
+        let (mut angle, mut velocity) = (0.0, 0.0);
+        for key in 0..400 {
+            let (mut x, mut d) = (Integrals::zero(), Sampled::zero());
+            let (mut sum, mut push) = (0.0, 0.0);
+            for k in 0..=n {
+                let c = Clock { t: k as f64 * dt, dt, n: k, key };
+                let y = m.moore(&c, &x, &d, &());
+                // The first sample ends where it begins.
+                if k > 0 {
+                    sum += y.angle.x;
+                    push += y.velocity.z - 9.81 * dt;
+                } else {
+                    assert_eq!((y.angle, y.velocity), (Vec3::zeros(), Vec3::zeros()));
+                }
+                d = m.update(&c, &x, &d, &(), &u, &mut ());
+                let rate = m.deriv(&c, &x, &d, &(), &u, &(), &());
+                x.angle += rate.angle * dt;
+                x.velocity += rate.velocity * dt;
+            }
+            angle += sum * sum;
+            velocity += push * push;
+        }
+        let want = white * (n as f64 * dt).sqrt();
+        let (angle, velocity) = ((angle / 400.0).sqrt(), (velocity / 400.0).sqrt());
+        assert!((angle / want - 1.0).abs() < 0.12, "{angle} {want}");
+        assert!((velocity / (10.0 * want) - 1.0).abs() < 0.12, "{velocity}");
+    }
+}
