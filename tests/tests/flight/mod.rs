@@ -14,6 +14,7 @@ mod rendezvous;
 mod site;
 mod site_spacecraft;
 mod spacecraft;
+mod strapdown;
 mod surroundings;
 mod thrusters;
 mod touch_and_go;

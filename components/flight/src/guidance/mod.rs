@@ -20,6 +20,6 @@ pub mod rendezvous;
 pub mod terminal_descent;
 pub mod terrain_fix;
 #[cfg(test)]
-mod test_soil;
+pub(crate) mod test_soil;
 pub mod thrust_direction;
 pub mod waypoints;

@@ -4,6 +4,8 @@
 //! h, n: height and normal of the ground under the foot: of the terrain, or of the plane z = `ground`
 //! c = greatest s so far that was crushed: honeycomb does not come back
 //! F = k (s − c) + d ṡ, at most the force of the stage at c; where it is more, the honeycomb crushes: ċ = (…)₊
+//! with a pad of radius b the soil gives way, too (Bekker), and does not come back: s − c − z in place of s − c, F at most
+//!     π b² (k_c/b + k_φ) zⁿ  of the sinkage z so far; where it is more, the pad sinks: ż = (…)₊
 //! stages: (stroke, force), soft before hard; after the last one the leg is solid: F = k (s − c)
 //! along the ground: q = k_t z + d_t v_t pulls back; where |q| > μ F the foot slips at u = (|q| − μ F)/(d_u + d_t) along q:
 //! force on the foot: F n − q, or F n − (μ F + d_u u) q/|q|          ż = v_t − u q/|q|, ṡ = −v·n
@@ -57,6 +59,9 @@ pub struct LegParams {
     /// Force over speed of the slipping beyond friction, d_u; unwritten: d_c.
     #[param(unit = "N s/m", range = 1e-3..)]
     pub slip: Option<f64>,
+    /// Radius b of a round pad that sinks into the soil of the terrain; unwritten: the ground does not give way.
+    #[param(unit = "m", range = 1e-3..)]
+    pub pad: Option<f64>,
     /// The ground, when there is one and `ground` is not written.
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
@@ -90,6 +95,9 @@ pub struct Stroke {
     /// Energy that it has taken.
     #[port("J")]
     pub taken: f64,
+    /// Depth of the pad in the soil.
+    #[port("m")]
+    pub sinkage: f64,
 }
 
 /// State of the honeycomb.
@@ -101,6 +109,9 @@ pub struct Crush {
     /// Energy that it has taken.
     #[port("J")]
     pub taken: f64,
+    /// Depth of the pad in the soil.
+    #[port("m")]
+    pub sinkage: f64,
     /// Deflection z of the foot along the ground, W.
     #[port("m")]
     pub aside: Vec3,
@@ -145,46 +156,72 @@ impl CrushableLeg {
     fn met(&self, x: &Crush, foot: &NodeState) -> Met {
         let p = &self.p;
         let (sunk, normal) = self.sunk(foot);
-        let depth = sunk - x.crushed;
+        let depth = sunk - x.crushed - x.sinkage;
         let (stiffness, slip) =
             (p.side_stiffness.unwrap_or(p.stiffness), p.slip.unwrap_or(p.creep));
         if depth <= 0.0 {
             let aside = x.aside * (-stiffness / slip);
-            return Met { up: 0.0, crushing: 0.0, along: Vec3::zeros(), aside, normal };
+            return Met {
+                up: 0.0,
+                crushing: 0.0,
+                sinking: 0.0,
+                along: Vec3::zeros(),
+                aside,
+                normal,
+            };
         }
-        let sinking = foot.velocity.dot(&normal);
-        let (up, crushing) = self.upwards(x.crushed, p.stiffness * depth - p.damping * sinking);
-        let sliding = foot.velocity - normal * sinking;
+        let rising = foot.velocity.dot(&normal);
+        let free = p.stiffness * depth - p.damping * rising;
+        let limits = [self.stage(x.crushed), self.bearing(&foot.position, x.sinkage)];
+        let (up, [crushing, sinking]) = self.upwards(limits, free);
+        let sliding = foot.velocity - normal * rising;
         let damping = p.side_damping.unwrap_or(p.damping);
         let pull = (x.aside - normal * x.aside.dot(&normal)) * stiffness + sliding * damping;
         let over = pull.norm() - p.friction * up;
         if over <= 0.0 {
-            return Met { up, crushing, along: -pull, aside: sliding, normal };
+            return Met { up, crushing, sinking, along: -pull, aside: sliding, normal };
         }
         let (slips, to) = (over / (slip + damping), pull / pull.norm());
         let along = to * -(p.friction * up + slip * slips);
-        Met { up, crushing, along, aside: sliding - to * slips, normal }
+        Met { up, crushing, sinking, along, aside: sliding - to * slips, normal }
     }
 
-    /// Force (N) where strut and ground would give `free`, and the rate of crushing.
-    fn upwards(&self, crushed: f64, free: f64) -> (f64, f64) {
-        let p = &self.p;
-        match self.stage(crushed) {
-            Some(limit) if free > limit => {
-                // Through strut (k, d) and creeping honeycomb in a row: d (ṡ − ċ) + k δ = limit + d_c ċ.
-                let rate = (free - limit) / (p.creep + p.damping);
-                (limit + p.creep * rate, rate)
-            }
-            _ => (free.max(0.0), 0.0),
+    /// What the soil bears (N) under a pad that is in it by `sinkage` (m); none without a pad.
+    fn bearing(&self, at: &Vec3, sinkage: f64) -> Option<f64> {
+        let (b, terrain) = (self.p.pad?, self.p.terrain.as_ref()?);
+        let soil = terrain.soil(at.x, at.y);
+        let modulus = soil.k_c / b + soil.k_phi;
+        Some(std::f64::consts::PI * b * b * modulus * sinkage.max(0.0).powf(soil.n))
+    }
+
+    /// Force (N) where strut and ground would give `free`, and the rates at which honeycomb and soil give way, whose forces are
+    /// `limits` (N; none: it does not give way). Strut (k, d), honeycomb and soil stand in a row, one force goes through all:
+    /// ```text
+    /// F = free − d (ċ + ż),  ċ = (F − F_c)₊/d_c,  ż = (F − F_z)₊/d_c
+    /// ```
+    fn upwards(&self, limits: [Option<f64>; 2], free: f64) -> (f64, [f64; 2]) {
+        let (d, creep) = (self.p.damping, self.p.creep);
+        let [crush, sink] = limits.map(|l| l.unwrap_or(f64::INFINITY));
+        let (weak, strong) = (crush.min(sink), crush.max(sink));
+        if free <= weak {
+            return (free.max(0.0), [0.0; 2]);
         }
+        let one = weak + creep * (free - weak) / (creep + d);
+        let force = if one <= strong {
+            one
+        } else {
+            (creep * free + d * (weak + strong)) / (creep + 2.0 * d)
+        };
+        (force, [crush, sink].map(|l| (force - l).max(0.0) / creep))
     }
 }
 
-/// What the ground does to a foot: force along the normal (N), rate of crushing (m/s), force along the ground (N), rate of the
+/// What the ground does to a foot: force along the normal (N), rates of crushing and of sinking (m/s), force along the ground (N), rate of the
 /// deflection (m/s), normal.
 struct Met {
     up: f64,
     crushing: f64,
+    sinking: f64,
     along: Vec3,
     aside: Vec3,
     normal: Vec3,
@@ -199,19 +236,29 @@ impl Model for CrushableLeg {
     type Yd = LegOut;
     type X = Crush;
     type G = Touch;
+    fn build(p: LegParams) -> Result<Self, BuildError> {
+        if p.pad.is_some() && (p.terrain.is_none() || p.ground.is_some()) {
+            return Err(BuildError::new(
+                "a pad sinks into the soil of a terrain, and the ground is a plane",
+            )
+            .help("add a terrain and leave `ground` out, or leave `pad` out")
+            .at("pad"));
+        }
+        Ok(CrushableLeg { p })
+    }
     fn moore(&self, _: &Clock, x: &Crush) -> Stroke {
-        Stroke { crushed: x.crushed, taken: x.taken }
+        Stroke { crushed: x.crushed, taken: x.taken, sinkage: x.sinkage }
     }
     fn direct(&self, _: &Clock, x: &Crush, _: &(), u: &LegIn) -> LegOut {
         let Met { up, along, normal, .. } = self.met(x, &u.foot);
         LegOut { load: Wrench { moment: Vec3::zeros(), force: normal * up + along }, force: up }
     }
     fn deriv(&self, _: &Clock, x: &Crush, _: &(), _: &(), u: &LegIn) -> Crush {
-        let Met { up, crushing, aside, .. } = self.met(x, &u.foot);
-        Crush { crushed: crushing, taken: up * crushing, aside }
+        let Met { up, crushing, sinking, aside, .. } = self.met(x, &u.foot);
+        Crush { crushed: crushing, taken: up * crushing, sinkage: sinking, aside }
     }
     fn guards(&self, _: &Clock, x: &Crush, _: &(), _: &(), u: &LegIn) -> Touch {
-        Touch { touches: self.sunk(&u.foot).0 - x.crushed }
+        Touch { touches: self.sunk(&u.foot).0 - x.crushed - x.sinkage }
     }
     fn fired(&self, _: &Clock, _: usize, x: &Crush) -> (Crush, ()) {
         (*x, ())
@@ -235,6 +282,7 @@ mod tests {
                 side_stiffness: None,
                 side_damping: None,
                 slip: Some(1.0),
+                pad: None,
                 terrain: None,
             },
         }
@@ -259,7 +307,7 @@ mod tests {
     }
 
     fn whole() -> Crush {
-        Crush { crushed: 0.0, taken: 0.0, aside: Vec3::zeros() }
+        Crush { crushed: 0.0, taken: 0.0, sinkage: 0.0, aside: Vec3::zeros() }
     }
 
     fn foot(z: f64, v: Vec3) -> LegIn {
@@ -351,6 +399,87 @@ mod tests {
         assert_eq!(m.direct(&c, &x, &(), &off, &()).force, 0.0);
         off.foot.position.z = -6.00001;
         assert!((m.direct(&c, &x, &(), &off, &()).force - 1000.0).abs() < 1e-6);
+    }
+
+    /// n 1.1, k_c 1400, k_φ 820000 (lunar soil, SI), level at height 0.
+    struct Regolith(Soil);
+    impl Terrain for Regolith {
+        fn ground(&self, _: f64, _: f64) -> Option<Ground> {
+            Some(Ground { height: 0.0, normal: Vec3::z() })
+        }
+        fn bounds(&self) -> [f64; 4] {
+            [-1.0, -1.0, 1.0, 1.0]
+        }
+        fn soil(&self, _: f64, _: f64) -> &Soil {
+            &self.0
+        }
+        fn surface(&self) -> Surface {
+            Surface { origin: [0.0; 2], spacing: [1.0; 2], nx: 0, ny: 0, heights: vec![] }
+        }
+    }
+
+    /// Pressed slowly: the soil first, along Bekker's curve, then the honeycomb; on the way back neither.
+    #[test]
+    fn a_pad_sinks_until_the_honeycomb_is_weaker() {
+        let soil =
+            Soil { n: 1.1, k_c: 1400.0, k_phi: 820_000.0, ..crate::guidance::test_soil::firm() };
+        let mut m = leg(vec![Stage { stroke: 0.2, force: 3000.0 }]);
+        (m.p.pad, m.p.creep, m.p.stiffness) = (Some(0.2), 50.0, 1e7);
+        let ground = std::sync::Arc::new(Regolith(soil)) as std::sync::Arc<dyn Terrain>;
+        m.p.terrain = Some(Handle::new("ground", ground));
+        let bearing =
+            |z: f64| std::f64::consts::PI * 0.04 * (1400.0 / 0.2 + 820_000.0) * z.powf(1.1);
+        let (c, h) = (Clock::at(0.0, 0.1, 0), 1e-6);
+        let (mut x, mut z, speed) = (whole(), 0.0, 0.05);
+        let mut press = |to: f64, x: &mut Crush, v: f64| {
+            let mut last = 0.0;
+            while (to - z) * v > 0.0 {
+                let u = foot(z, Vec3::z() * v);
+                let y = m.direct(&c, x, &(), &u, &());
+                let r = m.deriv(&c, x, &(), &(), &u, &(), &y);
+                x.crushed += r.crushed * h;
+                x.sinkage += r.sinkage * h;
+                z += v * h;
+                last = y.force;
+            }
+            last
+        };
+        let force = press(-0.02, &mut x, -speed);
+        // Force of the creep: 50 N s/m at 0.05 m/s.
+        assert!((force - bearing(x.sinkage) - 2.5).abs() < 0.5, "{force} {}", bearing(x.sinkage));
+        assert!(x.crushed == 0.0 && (x.sinkage - 0.02 + force / 1e7).abs() < 1e-6);
+        let force = press(-0.1, &mut x, -speed);
+        let full = (3000.0 / bearing(1.0)).powf(1.0 / 1.1);
+        assert!((force - 3002.5).abs() < 1.0, "{force}");
+        assert!((x.sinkage / full - 1.0).abs() < 2e-3, "{} {full}", x.sinkage);
+        assert!((x.crushed + x.sinkage + force / 1e7 - 0.1).abs() < 1e-6 && x.crushed > 0.0);
+        let before = (x.crushed, x.sinkage);
+        assert_eq!(press(-0.09, &mut x, speed), 0.0);
+        // What the strut still held gives way while it relaxes.
+        assert!((x.crushed - before.0).abs() < 1e-6 && x.sinkage == before.1);
+        let p = LegParams { terrain: None, ..m.p.clone() };
+        assert_eq!(CrushableLeg::build(p).err().unwrap().param.as_deref(), Some("pad"));
+    }
+
+    /// Damping in the strut: one force through strut, honeycomb and soil, whichever of them give way.
+    #[test]
+    fn one_force_goes_through_all_in_a_row() {
+        let mut m = leg(vec![Stage { stroke: 0.2, force: 3000.0 }]);
+        (m.p.damping, m.p.creep) = (400.0, 100.0);
+        for (limits, free) in [
+            ([Some(3000.0), None], 5000.0),
+            ([Some(3000.0), Some(3100.0)], 5000.0),
+            ([Some(3000.0), Some(900.0)], 1500.0),
+            ([None, Some(900.0)], 9000.0),
+            ([Some(3000.0), Some(9000.0)], 2000.0),
+        ] {
+            let (force, [c, z]) = m.upwards(limits, free);
+            assert!((force - (free - 400.0 * (c + z))).abs() < 1e-9, "{limits:?}: {force} {c} {z}");
+            for (rate, limit) in [c, z].into_iter().zip(limits) {
+                let over = limit.map_or(0.0, |l| (force - l).max(0.0));
+                assert!((rate * 100.0 - over).abs() < 1e-9);
+            }
+        }
     }
 
     /// A lander on three legs beside the closed form: stroke and energy.
