@@ -12,7 +12,7 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 #[pymethods]
 impl Mechanism {
     /// Inverse of the mass matrix (nv, nv) at q, or many. Rows and columns of prescribed
-    /// coordinates are zero: it is that of the free ones.
+    /// coordinates are zero: it is that of the free ones. Entries in 1/(kg m²), 1/(kg m) and 1/kg, by the coordinates of row and column.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> (arm.inverse_mass_matrix(q) @ arm.mass_matrix(q)).round(9).tolist()
@@ -38,7 +38,7 @@ impl Mechanism {
         })
     }
 
-    /// The inverse of the mass matrix at q times x (nv,), in O(nv); or many.
+    /// The inverse of the mass matrix at q times x (nv,), in O(nv); or many. Forces in N m and N give accelerations in rad/s² and m/s².
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> arm.apply_inverse_mass(q, arm.mass_matrix(q) @ v).round(9).tolist()
@@ -92,7 +92,7 @@ impl Mechanism {
         })
     }
 
-    /// Rate (6, nv) of that Jacobian at q, v, or many: its derivative in time.
+    /// Rate (6, nv) of that Jacobian at q, v, or many: its derivative in time. Rows in rad and m, by s and the coordinate's unit.
     /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
     ///
     /// >>> dJ = arm.node_jacobian_rate(q, v, "tip")
@@ -117,7 +117,7 @@ impl Mechanism {
     }
 
     /// Forces (nv,) that equal a wrench (6,) [moment; force] on a frame, about its origin, world
-    /// axes: Jᵀ f; or many.
+    /// axes: Jᵀ f; or many. Wrench in N m and N; forces in N m and N, by coordinate.
     /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
     ///
     /// >>> arm.node_jacobian_transpose_product(q, "tip", [0, 0, 0, 10, 0, 0]).round(6).tolist()
@@ -195,7 +195,7 @@ impl Mechanism {
         })
     }
 
-    /// Jacobian (3, nv) of the centre of mass at q, or many: v to its velocity, world axes.
+    /// Jacobian (3, nv) of the centre of mass at q, or many: v to its velocity, world axes. In m by the coordinate's unit.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> bool(np.allclose(arm.com_jacobian(q) @ v, arm.state(q, v).com_velocity()))
@@ -218,7 +218,7 @@ impl Mechanism {
 
     /// Operational-space compliance (6m, 6m) of m frames at q, or many: accelerations [α; a] of
     /// the frames' origins for unit wrenches [moment; force] on them, world axes: J M⁻¹ Jᵀ, with
-    /// cross terms. Prescribed coordinates stay as they are.
+    /// cross terms. Prescribed coordinates stay as they are. In rad/s² and m/s² for N m and N.
     /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
     ///
     /// >>> arm.compliance(q, ["tip"]).shape

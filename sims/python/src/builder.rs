@@ -32,7 +32,7 @@ impl Hinge {
 
 #[pymethods]
 impl Hinge {
-    /// Rotation about an axis: q in rad.
+    /// Rotation about an axis: q in rad. axis: (3,).
     /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.pin([0, 0, 1])
@@ -41,7 +41,7 @@ impl Hinge {
     fn pin(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::pin(vec3(axis, "axis")?) })
     }
-    /// Translation along an axis: q in m.
+    /// Translation along an axis: q in m. axis: (3,).
     /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.slider([1, 0, 0])
@@ -50,7 +50,7 @@ impl Hinge {
     fn slider(axis: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(Self { hinge: multibody::Hinge::slider(vec3(axis, "axis")?) })
     }
-    /// Rotation about an axis with `pitch` m/rad of advance along it: q in rad.
+    /// Rotation about an axis with `pitch` m/rad of advance along it: q in rad. axis: (3,).
     /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.screw([1, 0, 0], 0.002)
@@ -83,7 +83,7 @@ impl Hinge {
     fn locked() -> Self {
         Self { hinge: multibody::Hinge::locked() }
     }
-    /// Two crossing pins.
+    /// Two crossing pins. Axes: (3,) each; q in rad.
     /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.universal([1, 0, 0], [0, 1, 0])
@@ -93,7 +93,7 @@ impl Hinge {
         let (first, second) = (vec3(first, "first")?, vec3(second, "second")?);
         Ok(Self { hinge: multibody::Hinge::universal(first, second) })
     }
-    /// A slider and a pin on one axis.
+    /// A slider and a pin on one axis. axis: (3,); q in m, then rad.
     /// Raises LinkworkError for another shape and NaN; `build` refuses an axis without direction.
     ///
     /// >>> linkwork.Hinge.cylindrical([0, 0, 1])
@@ -419,7 +419,7 @@ impl Subhinge {
     fn kind(&self) -> &'static str {
         kind_name(&self.at.subhinge.kind)
     }
-    /// Unit vector (3,) in the hinge frame; None where there is none.
+    /// Unit vector (3,) in the hinge frame; None where there is none. q goes along it in m or about it in rad.
     ///
     /// >>> subhinge.axis.tolist()
     /// [0.0, 0.0, 1.0]

@@ -51,7 +51,7 @@ impl Identifiable {
     fn base(&self) -> Vec<String> {
         self.of(&self.own.base)
     }
-    /// The combinations (rank, n): times the parameters (n,) they give the base parameters.
+    /// The combinations (rank, n): times the parameters (n,) they give the base parameters. Parameters in kg, kg m, kg m².
     ///
     /// >>> told.combinations.shape
     /// (3, 10)
@@ -214,7 +214,7 @@ impl Mechanism {
 #[pymethods]
 impl Mechanism {
     /// What any motion and its forces can tell of the inertial parameters (10·bodies, as `inertial_parameters`): an Identifiable, by the regressor at random states. A column is dependent when
-    /// less than `tolerance` of it is left beside those before. Raises LinkworkError for flexible bodies and a tolerance out of range.
+    /// less than `tolerance` of it is left beside those before. Raises LinkworkError for flexible bodies and a tolerance out of range. Parameters in kg, kg m, kg m².
     ///
     /// >>> arm.identifiable_inertia()
     /// Identifiable(6 of 20)
@@ -235,7 +235,7 @@ impl Mechanism {
         Ok(Identifiable { own, names: names_of_inertia(core) })
     }
 
-    /// Inertial parameters from measured motion and forces: q (n, nq), v, vdot, tau (n, nv): a Calibration. Armatures are taken as they are; friction is not modelled: take it off tau before.
+    /// Inertial parameters from measured motion and forces: q (n, nq), v, vdot, tau (n, nv): a Calibration. Armatures are taken as they are; friction is not modelled: take it off tau before. q in rad and m, tau in N m and N; parameters in kg, kg m, kg m².
     /// tolerance as of `identifiable_inertia`: more noise wants more. Raises LinkworkError for other shapes, NaN, flexible bodies and too few states.
     ///
     /// >>> q, v, a = np.random.default_rng(2).normal(size=(3, 30, 2))

@@ -225,7 +225,7 @@ impl Collisions {
     }
 
     /// Whether anything touches or overlaps, at q (nq,): a bool; or at many, q (n, nq): an array of bool (n,), in so many threads. The number of threads changes
-    /// no answer.
+    /// no answer. Angles in rad, lengths in m.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> robot.collides([[0.0], [1.6]], threads=2).tolist()
@@ -271,7 +271,7 @@ impl Collisions {
         Ok(PyArray1::from_vec(py, out).into_any())
     }
 
-    /// Names of two that touch at q (nq,), or None. The same q gives the same pair.
+    /// Names of two that touch at q (nq,), or None. The same q gives the same pair. Angles in rad, lengths in m.
     /// Raises LinkworkError for another length and for NaN.
     ///
     /// >>> robot.first_hit([1.6])
@@ -281,7 +281,7 @@ impl Collisions {
         Ok(self.ask(|r| r.first_hit(q.slice()))?.map(|pair| self.names(pair)))
     }
 
-    /// Names of all pairs that touch at q (nq,), in the order of names.
+    /// Names of all pairs that touch at q (nq,), in the order of names. Angles in rad, lengths in m.
     /// Raises LinkworkError for another length and for NaN.
     ///
     /// >>> robot.hits([0.0])
@@ -375,7 +375,7 @@ impl Collisions {
     }
 
     /// Whether the way from one configuration (nq,) to another is free, all coordinates moving in proportion: ("free", None, None), proven from end to end;
-    /// ("hit", part of the way from 0 to 1, pair); or ("undecided", part, None) where surfaces pass within a hair. Nothing is jumped over, however thin.
+    /// ("hit", part of the way from 0 to 1, pair); or ("undecided", part, None) where surfaces pass within a hair. Nothing is jumped over, however thin. Angles in rad, lengths in m.
     /// Pieces shorter than `least`, a part of the way, are not cut again.
     /// Raises LinkworkError for another length, for NaN, for `least` outside 1e-9 … 1, and for a mechanism with loops.
     ///
@@ -478,7 +478,7 @@ impl Collisions {
         self.ask(|r| r.set_points(id, &points))
     }
 
-    /// Makes cells of a voxel map occupied or, with occupied=False, free: (n, 3), whole numbers from 0 along x, y, z. On an error nothing has changed.
+    /// Makes cells of a voxel map occupied or, with occupied=False, free: (n, 3), whole numbers from 0 along x, y, z. On an error nothing has changed. A cell has the map's edge in m.
     /// Raises LinkworkError for cells outside and a collider that is no voxel map.
     ///
     /// >>> grid = linkwork.Collider.voxel_map("grid", "world", cells=(10, 10, 10), edge=0.1)

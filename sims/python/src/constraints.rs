@@ -229,7 +229,7 @@ impl Mechanism {
         }
     }
 
-    /// Accelerations from the forces tau (nv,) at q, v with all loops and couplings: a ConstrainedMotion.
+    /// Accelerations from the forces tau (nv,) at q, v with all loops and couplings: a ConstrainedMotion. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
     ///
     /// q and v must satisfy the constraints (`close`). solver: "auto" embeds small loops and gives the other
     /// constraints multipliers; "embed", "augment": all of them; "full": every hinge has multipliers, too.
@@ -301,7 +301,7 @@ impl Mechanism {
     }
 
     /// What the constraints leave of the motion at q (nq,): a Rank. Where a linkage lies in line it may be less
-    /// than elsewhere.
+    /// than elsewhere. Angles in rad, lengths in m.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> arm.constraint_rank(q)

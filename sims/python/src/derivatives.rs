@@ -26,7 +26,7 @@ fn all_of<const N: usize>(found: Vec<Array<'_>>) -> PyResult<[Array<'_>; N]> {
 #[pymethods]
 impl Mechanism {
     /// Derivatives (dtau_dq, dtau_dv) of inverse_dynamics, (nv, nv) each, row tau, column
-    /// coordinate; or many, (n, nv, nv). dtau_dvdot is the mass matrix.
+    /// coordinate; or many, (n, nv, nv). dtau_dvdot is the mass matrix. In N m and N by the coordinates' units.
     ///
     /// By q they are along v: of q moved by `integrate`, so square for balls and free hinges too.
     /// wrenches: as in inverse_dynamics; they count as fixed in their bodies.
@@ -71,7 +71,7 @@ impl Mechanism {
 
     /// Derivatives (dvdot_dq, dvdot_dv, dvdot_dtau) of forward_dynamics, (nv, nv) each, or many;
     /// rows of prescribed coordinates are zero. Options as in forward_dynamics, by q as in
-    /// inverse_dynamics_derivatives.
+    /// inverse_dynamics_derivatives. In rad/s² and m/s² by the coordinates' units.
     /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
     ///
     /// >>> dq, dv, dtau = arm.forward_dynamics_derivatives(q, v, [1, 2])
@@ -122,7 +122,7 @@ impl Mechanism {
     }
 
     /// Regressor (nv, 10·bodies) at q, v, vdot, or many: times `inertial_parameters()` it gives
-    /// the forces of inverse_dynamics without wrenches and without what rotors take.
+    /// the forces of inverse_dynamics without wrenches and without what rotors take. In N m and N by the units of the parameters: kg, kg m, kg m².
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> Y = arm.regressor(q, v, [1, 2])

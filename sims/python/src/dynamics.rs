@@ -51,7 +51,7 @@ impl Mechanism {
         })
     }
 
-    /// Accelerations vdot (nv,) from the forces tau (nv,) at q, v; or many.
+    /// Accelerations vdot (nv,) from the forces tau (nv,) at q, v; or many. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
     ///
     /// prescribed (nv,): accelerations of the coordinates that are prescribed, zero when left out;
     /// their tau is not read (`mixed_dynamics` finds it). wrenches, threads, out: as in
@@ -104,7 +104,7 @@ impl Mechanism {
     }
 
     /// Accelerations and forces, (vdot, tau), each (nv,) or many: at free coordinates tau is given
-    /// and vdot found, at prescribed ones vdot is given and tau found.
+    /// and vdot found, at prescribed ones vdot is given and tau found. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> vdot, tau = arm.with_prescribed(["upper"]).mixed_dynamics(q, v, [0, 0], [1, 0])
@@ -139,7 +139,7 @@ impl Mechanism {
         Ok((half(0)?, half(1)?))
     }
 
-    /// Forces (nv,) that hold the motion with vdot = 0, or many: gravity, Coriolis, centrifugal.
+    /// Forces (nv,) that hold the motion with vdot = 0, or many: gravity, Coriolis, centrifugal. Forces in N m and N, by coordinate.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> arm.bias_forces(q, [0, 0]).round(6).tolist()
@@ -157,7 +157,7 @@ impl Mechanism {
         self.inverse_dynamics(py, q, v, &zero, wrenches, None, threads)
     }
 
-    /// Mass matrix (nv, nv) at q, or many: symmetric, armature included. out: as in inverse_dynamics.
+    /// Mass matrix (nv, nv) at q, or many: symmetric, armature included. out: as in inverse_dynamics. Entries in kg m², kg m and kg, by the coordinates of row and column.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> M = arm.mass_matrix(q)

@@ -39,7 +39,7 @@ impl Report {
     fn momentum_before<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out_force(py, &self.0.momentum_before)
     }
-    /// Momentum (6,) after, about the same point. It differs when mass comes or goes, and when the world takes part.
+    /// Momentum (6,) after, about the same point. It differs when mass comes or goes, and when the world takes part. [N m s; N s].
     ///
     /// >>> bool(np.allclose(report.momentum_after, report.momentum_before))
     /// True
@@ -106,7 +106,7 @@ impl Edit {
 #[pymethods]
 impl Mechanism {
     /// Opens the mechanism at q (nq,), v (nv,) for changes of its structure: see Edit. The
-    /// mechanism itself never changes.
+    /// mechanism itself never changes. q in rad and m, v in rad/s and m/s.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> edit = arm.edit(q, v)
@@ -151,7 +151,7 @@ impl Edit {
         let mbs = lock(&self.edit).multibody().clone();
         Ok(Mechanism { core: Arc::new(Core::new(mbs, self.gravity)?) })
     }
-    /// Its configuration (nq,).
+    /// Its configuration (nq,). Angles in rad, lengths in m.
     ///
     /// >>> edit.q.tolist()
     /// [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
@@ -159,7 +159,7 @@ impl Edit {
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, lock(&self.edit).q().to_vec())
     }
-    /// Its velocity (nv,).
+    /// Its velocity (nv,). Rates in rad/s and m/s.
     ///
     /// >>> edit.v.tolist()
     /// [0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 1.0]
@@ -220,7 +220,7 @@ impl Edit {
         self.with(|e| e.add(spec, &q, &v))
     }
     /// Adds a whole mechanism at q, v. Names get the prefix; its world is put at a pose on the body
-    /// `onto`.
+    /// `onto`. q in rad and m, v in rad/s and m/s. Places in m.
     /// q (nq,), v (nv,), pose (3,), (7,) or (4, 4). Raises LinkworkError for names that are taken, a body that is not there, other shapes, and NaN.
     ///
     /// >>> other = linkwork.Builder().body("wheel", "world", pin, **rod).build()

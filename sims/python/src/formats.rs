@@ -21,7 +21,7 @@ impl Mechanism {
 
 #[pymethods]
 impl Mechanism {
-    /// The configuration (nq,) that the file shows; the neutral one where it shows none.
+    /// The configuration (nq,) that the file shows; the neutral one where it shows none. Angles in rad, lengths in m.
     ///
     /// >>> arm.initial_q.tolist()
     /// [0.0, 0.0]
@@ -55,7 +55,7 @@ impl Mechanism {
         Ok(all)
     }
     /// Couplings of the file (mimic joints, differentials) as C q = c: C (k, nq), c (k,). Dynamics
-    /// does not enforce them.
+    /// does not enforce them. q and c in rad and m.
     ///
     /// >>> C, c = arm.couplings()
     /// >>> C.shape, c.shape

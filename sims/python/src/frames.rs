@@ -101,7 +101,7 @@ impl Frames {
         scene.mechanisms.insert(name, (id, mbs.nq(), mbs.nv()));
         Ok(())
     }
-    /// Adds a frame that is fixed on another, at a pose (3,), (7,) or (4, 4) in it.
+    /// Adds a frame that is fixed on another, at a pose (3,), (7,) or (4, 4) in it. Places in m.
     /// Raises LinkworkError for a name that is taken, a frame that is not there, and what is no pose.
     ///
     /// >>> scene.add_fixed("camera", "crane/jib", [0, 0, 0.5])
@@ -144,7 +144,7 @@ impl Frames {
         scene.frames.fix(frame, on, X).map_err(refuse)
     }
 
-    /// Configuration (nq,), velocity and acceleration (nv,) of a mechanism; what is left out stays.
+    /// Configuration (nq,), velocity and acceleration (nv,) of a mechanism; what is left out stays. q in rad and m, v in rad/s and m/s.
     /// Raises LinkworkError for a mechanism that is not there, other shapes, and NaN.
     ///
     /// >>> scene.set_state("crane", v=[3], vdot=[1])
@@ -193,7 +193,7 @@ impl Frames {
         scene.frames.set_moving(frame, X, V, A).map_err(refuse)
     }
 
-    /// Pose (4, 4) of a frame in another.
+    /// Pose (4, 4) of a frame in another. Places in m.
     /// Raises LinkworkError for a frame that is not there.
     ///
     /// >>> scene.pose("crane/tip")[:3, 3].tolist()

@@ -308,7 +308,7 @@ impl Mechanism {
 
     /// Rates v (nv,) at q (nq,) for which the frames move as nearly as asked as they can, the least
     /// such rates, within rate limits, not outward at a limit. Prescribed coordinates, and the
-    /// hinges of the bodies in `keep`, have the rate of v (nv,), zero when left out.
+    /// hinges of the bodies in `keep`, have the rate of v (nv,), zero when left out. Rates in rad/s and m/s.
     ///
     /// targets: {frame: (6,)} velocities [ω; v] in the world, or a list of RateTarget.
     /// Raises LinkworkError for a name that is not there, for another shape and for NaN.

@@ -166,7 +166,7 @@ impl Series {
     fn t<'py>(&self, py: Python<'py>) -> Array1<'py> {
         self.t.bind(py).clone()
     }
-    /// Values (rows,).
+    /// Values (rows,). In SI units, those of `unit`.
     ///
     /// >>> np.round(series.y[:3], 4).tolist()
     /// [1.0472, 1.0051, 0.8815]

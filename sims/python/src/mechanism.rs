@@ -320,7 +320,7 @@ impl Mechanism {
         Ok(PySlice::new(py, v.start as isize, v.end as isize, 1))
     }
 
-    /// The configuration (nq,) with all angles and displacements zero.
+    /// The configuration (nq,) with all angles and displacements zero. Angles in rad, lengths in m.
     ///
     /// >>> arm.neutral_q().tolist()
     /// [0.0, 0.0]
@@ -338,7 +338,7 @@ impl Mechanism {
     fn random_q<'py>(&self, py: Python<'py>, seed: u64) -> Array1<'py> {
         out1(py, self.core.mbs.random_q_within_limits(seed))
     }
-    /// Rates or forces (nv,) without zeros, in ±(0.1 … 1), the same for the same seed.
+    /// Rates or forces (nv,) without zeros, in ±(0.1 … 1), the same for the same seed. In SI units of what they are taken for.
     ///
     /// >>> bool((arm.random_v(3) == arm.random_v(3)).all())
     /// True
@@ -361,7 +361,7 @@ impl Mechanism {
         self.core.mbs.integrate(q.slice(), dv.slice(), &mut out);
         checked1(py, out)
     }
-    /// The dv (nv,) that takes `q_from` to `q_to` in `integrate`; rotations by the short way.
+    /// The dv (nv,) that takes `q_from` to `q_to` in `integrate`; rotations by the short way. In rad and m.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> arm.difference(q, [0.4, -0.5]).round(12).tolist()
@@ -376,7 +376,7 @@ impl Mechanism {
         self.core.mbs.difference(from.slice(), to.slice(), &mut out);
         checked1(py, out)
     }
-    /// A copy of q (nq,) with each quaternion brought to length 1; a zero one becomes the identity.
+    /// A copy of q (nq,) with each quaternion brought to length 1; a zero one becomes the identity. Angles in rad, lengths in m.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> arm.normalize(q).tolist()
@@ -387,7 +387,7 @@ impl Mechanism {
         self.core.mbs.normalize(&mut out);
         checked1(py, out)
     }
-    /// dq/dt (nq,) at the rates v (nv,).
+    /// dq/dt (nq,) at the rates v (nv,). Rates in rad/s and m/s.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> arm.qdot(q, v).tolist()
@@ -399,7 +399,7 @@ impl Mechanism {
         checked1(py, out)
     }
 
-    /// A state: kinematics done once, then asked. v: at rest when left out.
+    /// A state: kinematics done once, then asked. v: at rest when left out. q (nq,) in rad and m, v (nv,) in rad/s and m/s.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> arm.state(q, v).position("tip").round(6).tolist()
@@ -421,7 +421,7 @@ impl Mechanism {
     fn __str__(&self) -> String {
         show::tree(&self.core.mbs)
     }
-    /// Opens Rerun with the bodies at q (nq,), or at each row of q (n, nq) in turn, on the timeline "row"; None is `initial_q`.
+    /// Opens Rerun with the bodies at q (nq,), or at each row of q (n, nq) in turn, on the timeline "row"; None is `initial_q`. Angles in rad, lengths in m.
     ///
     /// Bodies have the shapes of the file; where no body has one, each is the box of its mass and inertia. Needs the package rerun-sdk
     /// (`pip install linkwork[rerun]`). path: writes a recording (.rrd) there and opens nothing.

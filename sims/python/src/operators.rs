@@ -34,7 +34,7 @@ pub struct Operators {
 
 #[pymethods]
 impl Mechanism {
-    /// The spatial operators at q (nq,). all_free: take prescribed coordinates for free.
+    /// The spatial operators at q (nq,). all_free: take prescribed coordinates for free. Angles in rad, lengths in m.
     /// Raises LinkworkError when a free coordinate moves nothing with inertia.
     ///
     /// >>> o = arm.operators(q)
@@ -351,7 +351,7 @@ impl Operator {
     fn inv(&self) -> PyResult<Self> {
         Ok(self.op.inverse().map_err(refuse)?.into())
     }
-    /// The matrix (rows, columns): O(columns · links) for each symbol.
+    /// The matrix (rows, columns): O(columns · links) for each symbol. In SI units of its symbols.
     /// Raises LinkworkError for an expression of no size.
     ///
     /// >>> A.dense().round(9).tolist()
@@ -360,7 +360,7 @@ impl Operator {
         let (values, rows, columns) = py.detach(|| self.op.dense_rows()).map_err(refuse)?;
         out2(py, values, rows, columns)
     }
-    /// The product with x (columns,) or, column by column, with x (columns, k).
+    /// The product with x (columns,) or, column by column, with x (columns, k). In SI units of its symbols.
     /// Raises LinkworkError for an array of another shape.
     ///
     /// >>> A.apply([[10.0, 20.0]]).round(9).tolist()

@@ -420,7 +420,7 @@ impl Simulation {
         let drawing = crate::scene::drawing(slf.py())?;
         drawing.call_method1("simulation", (slf, path)).map(|_| ())
     }
-    /// Configuration of the mechanism now (nq,), a copy.
+    /// Configuration of the mechanism now (nq,), a copy. Angles in rad, lengths in m.
     /// Raises LinkworkError for a simulation without a mechanism.
     ///
     /// >>> float(sim.q[0]) == sim["bob.angle"]
@@ -434,7 +434,7 @@ impl Simulation {
         };
         Ok(out1(py, self.with(py, read)?.ok_or_else(no_mechanism)?))
     }
-    /// Velocity of the mechanism now (nv,), a copy.
+    /// Velocity of the mechanism now (nv,), a copy. Rates in rad/s and m/s.
     /// Raises LinkworkError for a simulation without a mechanism.
     ///
     /// >>> float(sim.v[0]) == sim["bob.rate"]

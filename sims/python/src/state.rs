@@ -89,7 +89,7 @@ impl State {
 
 #[pymethods]
 impl State {
-    /// The configuration (nq,), a copy.
+    /// The configuration (nq,), a copy. Angles in rad, lengths in m.
     ///
     /// >>> state.q.tolist()
     /// [0.3, -0.7]
@@ -97,7 +97,7 @@ impl State {
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.q)
     }
-    /// The velocity (nv,), a copy.
+    /// The velocity (nv,), a copy. Rates in rad/s and m/s.
     ///
     /// >>> state.v.tolist()
     /// [0.1, 0.4]
@@ -270,7 +270,7 @@ impl State {
 
     /// Accelerations (nv,) from forces tau (nv,), with gravity and the wrenches. At prescribed
     /// coordinates the acceleration is that of `vdot` (nv,), zero when left out, and `tau` is not
-    /// read.
+    /// read. Accelerations in rad/s² and m/s². Forces in N m and N, by coordinate.
     /// Raises LinkworkError for another shape, for NaN, and when a free coordinate moves nothing with inertia.
     ///
     /// >>> bool(np.allclose(state.forward_dynamics([1, 2]), arm.forward_dynamics(q, v, [1, 2])))
@@ -294,7 +294,7 @@ impl State {
         lock(&self.inner).accelerations = true;
         checked1(py, vdot)
     }
-    /// Forces (nv,) that produce the accelerations vdot (nv,), with gravity and the wrenches.
+    /// Forces (nv,) that produce the accelerations vdot (nv,), with gravity and the wrenches. Forces in N m and N, by coordinate.
     /// Raises LinkworkError for another shape and for NaN.
     ///
     /// >>> state.inverse_dynamics([0, 0]).round(6).tolist()

@@ -95,7 +95,7 @@ pub struct ConstrainedMotion {
 
 #[pymethods]
 impl ConstrainedMotion {
-    /// Accelerations (nv,).
+    /// Accelerations (nv,) in rad/s² and m/s².
     ///
     /// >>> bool(abs(motion.vdot.sum()) < 1e-9)
     /// True
@@ -103,7 +103,7 @@ impl ConstrainedMotion {
     fn vdot<'py>(&self, py: Python<'py>) -> Array1<'py> {
         out1(py, self.vdot.clone())
     }
-    /// Forces of the coordinates (nv,): as given, for prescribed ones what holds them.
+    /// Forces of the coordinates (nv,): as given, for prescribed ones what holds them. Forces in N m and N, by coordinate.
     ///
     /// >>> motion.tau.tolist()
     /// [0.0, 0.0]
@@ -112,7 +112,7 @@ impl ConstrainedMotion {
         out1(py, self.tau.clone())
     }
     /// Forces of each constraint by its name, one a row (N or N m): along the row's wrench on body B of a loop and
-    /// against it on body A, by its factors on the coordinates of a coupling. Redundant rows show zero.
+    /// against it on body A, by its factors on the coordinates of a coupling. Redundant rows show zero. Arrays (rows,).
     ///
     /// >>> list(motion.forces), motion.forces["gear"].shape
     /// (['gear'], (1,))

@@ -37,7 +37,7 @@ impl Collider {
 
 #[pymethods]
 impl Collider {
-    /// A ball about the origin; radius in m.
+    /// A ball about the origin; radius in m. pose: (3,), (7,) or (4, 4).
     /// Raises LinkworkError for what is no pose.
     ///
     /// >>> linkwork.Collider.sphere("ball", "bob", 0.1, at=[0, 0, -1])
@@ -72,7 +72,7 @@ impl Collider {
         let half = 0.5 * vec3(size, "size")?;
         Self::made((name, body), Shape::Box { half }, at, (friction, restitution))
     }
-    /// All within a radius of a segment of this length on the z axis, about the origin, m.
+    /// All within a radius of a segment of this length on the z axis, about the origin, m. pose: (3,), (7,) or (4, 4).
     /// Raises LinkworkError for what is no pose.
     ///
     /// >>> linkwork.Collider.capsule("link", "bob", 0.05, 0.4)
@@ -91,7 +91,7 @@ impl Collider {
         let shape = Shape::Capsule { radius, half_length: 0.5 * length };
         Self::made((name, body), shape, at, (friction, restitution))
     }
-    /// A cylinder about the z axis with flat ends, about the origin, m.
+    /// A cylinder about the z axis with flat ends, about the origin, m. pose: (3,), (7,) or (4, 4).
     /// Raises LinkworkError for what is no pose.
     ///
     /// >>> linkwork.Collider.cylinder("wheel", "bob", 0.3, 0.1)

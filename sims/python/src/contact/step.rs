@@ -33,7 +33,7 @@ pub struct ContactStep {
 
 #[pymethods]
 impl ContactStep {
-    /// The configuration after the step (nq,).
+    /// The configuration after the step (nq,). Angles in rad, lengths in m.
     ///
     /// >>> np.round(step.q, 6).tolist()
     /// [0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0]
@@ -41,7 +41,7 @@ impl ContactStep {
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.q)
     }
-    /// The rates after the step (nv,).
+    /// The rates after the step (nv,). Rates in rad/s and m/s.
     ///
     /// >>> bool(abs(step.v).max() < 1e-9)
     /// True
@@ -49,7 +49,7 @@ impl ContactStep {
     fn v<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.v)
     }
-    /// The mean accelerations of the step (nv,), impulses included.
+    /// The mean accelerations of the step (nv,), impulses included. Accelerations in rad/s² and m/s².
     ///
     /// >>> bool(abs(step.vdot).max() < 1e-6)
     /// True
