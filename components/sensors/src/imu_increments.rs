@@ -6,8 +6,9 @@
 //! The integrals are states of the run's integrator, so that they hold what happens within a sample. Axis by axis they are no rotation:
 //! a turn that cones (∫ ω × ∫ω) and a force that turns along (sculling) are the software's to correct, as with a real unit:
 //! ```text
-//! two samples 1, 2:   φ = Δθ₁ + Δθ₂ + ⅔ Δθ₁ × Δθ₂
-//!                     Δv = Δv₁ + Δv₂ + ½ (Δθ₁ + Δθ₂) × (Δv₁ + Δv₂) + ⅔ (Δθ₁ × Δv₂ + Δv₁ × Δθ₂)      in axes of the beginning
+//! two samples 1, 2:   θ = Δθ₁ + Δθ₂, v = Δv₁ + Δv₂
+//!                     turn θ + ⅔ Δθ₁ × Δθ₂
+//!                     gain v + ½ θ × v + ⅙ θ × (θ × v) + ⅔ (Δθ₁ × Δv₂ + Δv₁ × Δθ₂)      in axes of the beginning
 //! ```
 //! Between samples the outputs grow from the noise to the next increment; what reads them at its own ticks of the same rate has whole ones.
 
@@ -44,10 +45,10 @@ pub struct Sampled {
     pub errors: ImuState,
     /// Integral of the turn rate at the last sample.
     #[port("rad")]
-    pub angle: Vec3,
+    pub angle_before: Vec3,
     /// Integral of the specific force at the last sample.
     #[port("m/s")]
-    pub velocity: Vec3,
+    pub velocity_before: Vec3,
     /// Noise of this sample's angles.
     #[port("rad")]
     pub angle_noise: Vec3,
@@ -74,8 +75,8 @@ impl Model for ImuIncrements {
     }
     fn moore(&self, _: &Clock, x: &Integrals, d: &Sampled) -> IncrementsOut {
         IncrementsOut {
-            angle: x.angle - d.angle + d.angle_noise,
-            velocity: x.velocity - d.velocity + d.velocity_noise,
+            angle: x.angle - d.angle_before + d.angle_noise,
+            velocity: x.velocity - d.velocity_before + d.velocity_noise,
         }
     }
     fn deriv(&self, c: &Clock, _: &Integrals, d: &Sampled, _: &(), u: &ImuIn) -> Integrals {
@@ -86,8 +87,8 @@ impl Model for ImuIncrements {
         let (rate, force) = self.triads.noise(c);
         Sampled {
             errors: self.triads.later(c, &d.errors),
-            angle: x.angle,
-            velocity: x.velocity,
+            angle_before: x.angle,
+            velocity_before: x.velocity,
             angle_noise: rate * c.dt,
             velocity_noise: force * c.dt,
         }

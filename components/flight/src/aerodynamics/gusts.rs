@@ -39,8 +39,8 @@ pub struct GustIn {
     /// Where the gusts are.
     #[port(bind = "body")]
     pub body: NodeState,
-    /// Height above the ground, which MIL-F-8785C needs.
-    #[port("m", default = f64::NAN)]
+    /// Height above the ground, for MIL-F-8785C.
+    #[port("m")]
     pub height: f64,
 }
 
@@ -155,15 +155,6 @@ impl Model for Gusts {
         };
         GustState { u: next.u, v: next.v, w: next.w, begun: true }
     }
-    fn remarks(&self, _: &Clock, _: &(), _: &GustState, _: &(), u: &GustIn) -> Vec<BuildError> {
-        if self.turbulence(u.height).is_some() {
-            return Vec::new();
-        }
-        let fact = "MIL-F-8785C needs the height above the ground, and `height` is no number";
-        let help =
-            "wire `height`, or write `length` and `sigma`: as it stands the gust is no number, too";
-        vec![BuildError::new(fact).help(help).at("length")]
-    }
 }
 
 /// Lanes of the noise that the filters begin with, after those of a step.
@@ -260,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn it_follows_the_height_and_says_when_there_is_none() {
+    fn it_follows_the_height() {
         let m = gusts(None);
         let deviation = |height: f64| {
             let rows = series(&m, 100_000, 0.2, &flying(height));
@@ -270,10 +261,7 @@ mod tests {
         assert!((deviation(100.0) / 1.54 - 1.0).abs() < 0.04, "{}", deviation(100.0));
         assert!((deviation(700.0) / 1.5 - 1.0).abs() < 0.04, "{}", deviation(700.0));
         let (c, d, u) = (Clock::at(0.0, 0.1, 0), GustState::zero(), flying(f64::NAN));
-        assert!(m.direct(&c, &(), &d, &u, &()).velocity.x.is_nan());
-        let told = m.remarks(&c, &(), &d, &(), &u, &());
-        assert!(told[0].message.contains("height above the ground"), "{told:?}");
-        assert!(m.remarks(&c, &(), &d, &(), &flying(50.0), &()).is_empty());
+        assert!(m.direct(&c, &(), &d, &u, &()).velocity.x.is_nan(), "a height that is no number");
     }
 
     #[test]

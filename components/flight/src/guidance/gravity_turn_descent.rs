@@ -62,7 +62,7 @@ pub struct GravityTurnDescentOut {
     /// Force that is wanted, W; none before ignition.
     #[port("N")]
     pub force: Vec3,
-    /// Force over weight that a constant one would need to the end, N.
+    /// Force over weight that a constant one would need to the end, N; 1e6 where nothing of the height is left.
     #[port("1")]
     pub needed: f64,
     /// 0 falls, 1 brakes, 2 comes down slowly.
@@ -80,6 +80,9 @@ pub struct Braking {
     #[port("1")]
     pub phase: f64,
 }
+
+/// Greatest force over weight that is told: nothing of the height is left.
+const MOST: f64 = 1e6;
 
 /// Braking along the velocity.
 pub struct GravityTurnDescent {
@@ -115,7 +118,7 @@ impl GravityTurnDescent {
         let g = pull.norm();
         let (speed, up) = (v.norm(), if g > 0.0 { -pull / g } else { Vec3::z() });
         let down = if speed > 0.0 { -v.dot(&up) / speed } else { 1.0 };
-        let needed = force_over_weight(speed, down, u.height - p.height, g);
+        let needed = force_over_weight(speed, down, u.height - p.height, g).min(MOST);
         let ignites = u.mass * needed * g >= p.ignition * p.thrust_max;
         let phase = match d.phase {
             0.0 if !ignites => 0.0,
@@ -124,7 +127,7 @@ impl GravityTurnDescent {
         };
         let wanted = match phase {
             0.0 => Vec3::zeros(),
-            1.0 => v * (-u.mass * needed.min(1e6) * g / speed),
+            1.0 => v * (-u.mass * needed * g / speed),
             _ => (-pull + (up * -p.speed - v) / p.settle) * u.mass,
         };
         let size = wanted.norm();

@@ -50,6 +50,7 @@ pub struct Burn {
 #[derive(Params, Clone, Debug)]
 pub struct OrbitBurnParams {
     /// The burns in their order.
+    #[param(default = Vec::new())]
     pub burns: Vec<Burn>,
     /// Force of the engine.
     #[param(unit = "N", range = 1e-9..)]
