@@ -155,6 +155,8 @@ pub struct RobotModel {
     pub(crate) parts: Vec<Resolved>,
     /// In the whole: the tip of each part that is a chain.
     pub(crate) tips: Vec<Option<NodeId>>,
+    /// The bases of those whose base moves.
+    pub(crate) bases: Vec<Option<NodeId>>,
     pub(crate) objects: Vec<(String, RigidInertia)>,
     /// For each object: what hangs on it.
     pub(crate) linkages: Vec<Option<Linkage>>,
@@ -207,6 +209,7 @@ impl RobotModel {
         }
         let multibody = with_tips(&spec.mechanism, &bare, &parts)?;
         let tips = parts.iter().map(|p| multibody.node(&tip_name(&p.name))).collect();
+        let bases = parts.iter().map(|p| multibody.node(&base_name(&p.name))).collect();
         let mut limits = vec![None; multibody.nv()];
         for (_, s) in multibody.subhinges().filter(|(_, s)| s.v.len() == 1 && s.q.len() == 1) {
             limits[s.v.start] = Some((s.q.start, s.subhinge.limits));
@@ -224,6 +227,7 @@ impl RobotModel {
             tree: Tree::new(&multibody),
             parts,
             tips,
+            bases,
             objects,
             linkages,
             limits,
@@ -423,7 +427,11 @@ fn tip_name(part: &str) -> String {
     format!("tip of part {part}")
 }
 
-/// The mechanism with a node at the tip of every chain.
+fn base_name(part: &str) -> String {
+    format!("base of part {part}")
+}
+
+/// The mechanism with nodes at the tip of every chain, and at its base where that is a body.
 fn with_tips(
     mechanism: &Builder,
     bare: &Multibody,
@@ -434,6 +442,9 @@ fn with_tips(
         if let Some(chain) = &p.chain {
             let body = bare.get(chain.tip_body).name();
             builder.node(tip_name(&p.name), body, Pose::identity());
+            if let Some(base) = p.bodies.first().and_then(|b| bare.get(*b).parent()) {
+                builder.node(base_name(&p.name), bare.get(base).name(), Pose::identity());
+            }
         }
     }
     let fault = |text| ModelError { faults: vec![ModelFault::Mechanism { text }] };

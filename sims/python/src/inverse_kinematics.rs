@@ -232,7 +232,9 @@ fn keep(ik: &mut InverseKinematics, core: &Core, bodies: &[String]) -> PyResult<
 /// The Rust error; the nearest configuration is its attribute `q`.
 fn unreached(py: Python<'_>, e: InverseKinematicsError) -> PyErr {
     let error = refuse(&e);
-    if let InverseKinematicsError::Unreachable { nearest, .. } = e {
+    if let InverseKinematicsError::Unreachable { nearest, .. }
+    | InverseKinematicsError::Open { nearest, .. } = e
+    {
         let q = out1(py, nearest.q);
         // An attribute less is no reason to hide the error.
         let _ = error.value(py).setattr("q", q);
@@ -243,11 +245,13 @@ fn unreached(py: Python<'_>, e: InverseKinematicsError) -> PyErr {
 #[pymethods]
 impl Mechanism {
     /// A configuration (nq,) in which every target is met within the tolerances (m, rad), from the
-    /// start q (nq,) on: the solution that the start leads to. Limits are kept; prescribed
-    /// coordinates, and the hinges of the bodies in `keep`, stay.
+    /// start q (nq,) on: the solution that the start leads to. Limits are kept, and the mechanism's own
+    /// loops and couplings are closed, prescribed subhinges of loops at zero; prescribed coordinates, and
+    /// the hinges of the bodies in `keep`, stay. Without targets it closes what is open.
     ///
     /// targets: {frame: at} with `at` as in Target, or a list of Target.
-    /// Raises LinkworkError when no start led there; its attribute `q` is then the nearest.
+    /// Raises LinkworkError when no start led there; its attribute `q` is then the nearest with all closed,
+    /// or, where a loop or coupling cannot close, that in which they are least open.
     ///
     /// >>> x = arm.inverse_kinematics(q, {"tip": [0.5, 0, -1.2]})
     /// >>> arm.state(x).position("tip").round(8).tolist()
@@ -302,16 +306,22 @@ impl Mechanism {
                     let e = ik.unreachable(&core.tree, &list, &q, found.iterations);
                     return Err(unreached(py, e));
                 }
+                Progress::Open(found) => {
+                    let e = ik.unclosed(&core.tree, &list, &q, found.iterations);
+                    return Err(unreached(py, e));
+                }
             }
         }
     }
 
     /// Rates v (nv,) at q (nq,) for which the frames move as nearly as asked as they can, the least
-    /// such rates, within rate limits, not outward at a limit. Prescribed coordinates, and the
-    /// hinges of the bodies in `keep`, have the rate of v (nv,), zero when left out.
+    /// such rates, within rate limits, not outward at a limit, with the mechanism's own loops and
+    /// couplings closed. Prescribed coordinates, and the hinges of the bodies in `keep`, have the rate of
+    /// v (nv,), zero when left out.
     ///
     /// targets: {frame: (6,)} velocities [ω; v] in the world, or a list of RateTarget.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Raises LinkworkError for a name that is not there, for another shape, for NaN, and where what
+    /// is kept or prescribed opens a loop.
     ///
     /// >>> rates = arm.inverse_kinematics_rates(q, {"tip": [0, 0, 0, 0.1, 0, 0]})
     /// >>> rates.shape

@@ -9,7 +9,7 @@ use crate::closed_form::ClosedForm;
 use crate::error::RobotError;
 use crate::part::{Chain, Part};
 use linkwork_dynamics::inverse_kinematics::{Goal, Place, Progress, Residual, Towards};
-use linkwork_dynamics::{InverseKinematics, RateTarget, Target};
+use linkwork_dynamics::{InverseKinematics, RateTarget, Target, poses};
 use linkwork_spatial::{Motion, Pose};
 
 /// In which frame a [`Goal`] is given.
@@ -20,6 +20,8 @@ pub enum Frame {
     World,
     /// The frame of the chain's base, wherever what carries it is.
     Base,
+    /// The tip of another chain. [`Robot::reach`] leaves that where it is; [`WholeReach`](super::WholeReach) moves both.
+    Tip(Part),
 }
 
 /// When inverse kinematics is content, and how long it tries.
@@ -120,12 +122,28 @@ impl Robot {
         numbers("q", q, self.q.len())?;
         check(goal, effort)?;
         chain.within_limits(q)?;
+        let other = match frame {
+            Frame::Tip(other) => {
+                let tip = model.chain(other)?.tip_body;
+                let moving = &model.bodies(part)?[..1];
+                if moving.iter().any(|b| model.multibody().on_path(*b, tip)) {
+                    let (what, value) = ("tip that moves with the chain", other.index() as f64);
+                    let help = "give a goal in the world or in the base, or use `WholeReach`";
+                    return Err(RobotError::OutOfRange { what, value, help });
+                }
+                self.fresh = false;
+                poses(&self.tree, &mut self.ws, q);
+                self.ws.node_pose(&self.tree, model.tip(other)?)
+            }
+            Frame::World | Frame::Base => Pose::identity(),
+        };
         let Some(memory) = self.chains[part.index()].as_mut() else {
             return Err(RobotError::NotAChain { part: part.index() });
         };
         let goal = match frame {
             Frame::World => goal.moved(&base(chain, memory, q).inverse()),
             Frame::Base => *goal,
+            Frame::Tip(_) => goal.moved(&(base(chain, memory, q).inverse() * other)),
         };
         let target = Target::new(chain.tip, goal);
         gather(&chain.q, q, &mut memory.q);
@@ -212,8 +230,14 @@ impl Robot {
             return Err(RobotError::NotAChain { part: closed.part().index() });
         };
         let mut X = Pose::new(orientation, position);
-        if frame == Frame::World {
-            X = base(chain, memory, q).inverse() * X;
+        match frame {
+            Frame::World => X = base(chain, memory, q).inverse() * X,
+            Frame::Base => {}
+            Frame::Tip(other) => {
+                let (what, value) = ("frame of a closed form", other.index() as f64);
+                let help = "give the goal in the world or in the base";
+                return Err(RobotError::OutOfRange { what, value, help });
+            }
         }
         memory.fresh = false;
         let (mut count, room) = (0, out.len() / n.max(1));
@@ -262,7 +286,8 @@ impl Robot {
         }
         let (outcome, found) = match progress {
             Progress::Met(found) => (Outcome::Met, found),
-            Progress::Nearest(found) => (Outcome::Nearest, found),
+            // Chains have no closures.
+            Progress::Nearest(found) | Progress::Open(found) => (Outcome::Nearest, found),
             Progress::Unfinished(found) => (Outcome::Unfinished, found),
         };
         let residual = memory.ik.residuals().first().copied().unwrap_or_default();
@@ -271,7 +296,7 @@ impl Robot {
     }
 }
 
-fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
+pub(super) fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
     if let Some(p) = goal.position {
         numbers("position of the goal", p.as_slice(), 3)?;
     }
