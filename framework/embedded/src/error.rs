@@ -247,6 +247,17 @@ pub enum RobotError {
         /// rad.
         orientation: f64,
     },
+    /// A call that knows nothing of a loop or a coupling of the mechanism, and would open it.
+    #[error(
+        "{what} knows nothing of {closure} of the mechanism\n  help: `WholeReach` keeps it closed; where it does not count, leave it out of the \
+         model"
+    )]
+    OpensClosure {
+        /// The call.
+        what: &'static str,
+        /// What it would open.
+        closure: Closure,
+    },
     /// No configuration within limits closes a closure, whatever becomes of the goals.
     #[error(
         "{closure} does not close: {position:.3e} m and {orientation:.3e} rad are left\n  help: q is where it is least open; check \

@@ -16,7 +16,8 @@
 //!
 //! [`Robot::reach`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once
 //! ([`RobotModel::closed_form`], [`Robot::reach_all`]). [`WholeReach`] searches for one in which several tips are where they are to be at once, in the world or in
-//! each other's hands, with what carries them; what two hands hold stays closed.
+//! each other's hands, with what carries them; what two hands hold stays closed, and so do the mechanism's own loops and couplings ([`Closures`]).
+//! [`Effort::worst_case_steps`] says after how much work a search has ended at the latest.
 //!
 //! A way gets its times by [`Timing`]: as fast as limits of rate, acceleration and effort allow, what is held counted. [`Transfer`] goes from any state to any
 //! other within limits of jerk. [`RateControl`] and [`WholeBody`] give rates and forces for wishes in order of priority, away from limits and singular
@@ -87,7 +88,7 @@ pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
 pub use manipulability::{Manipulability, Rows};
-pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
+pub use model::{Closures, ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
 pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{

@@ -87,6 +87,7 @@ fn no_call_allocates_after_set_up() {
             clamped.copy_from_slice(&start);
             black_box(search.reach(&robot, &goals, &effort, &mut clamped)).ok();
             black_box(search.go_on(10, &mut clamped)).ok();
+            black_box(search.worst_case_steps(&goals, &effort));
             black_box((search.residuals()[0], search.closures().count()));
             clamped.copy_from_slice(&start);
             let prefer = Prefer { manipulable: 0.1, ..Prefer::centred().starts(2) };

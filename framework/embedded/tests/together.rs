@@ -441,3 +441,246 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let told = robot.reach(trunk, &ok.goal, Frame::Tip(left), &normal, &mut q).unwrap_err();
     assert!(told.to_string().contains("moves with the chain"), "{told}");
 }
+
+/// Efforts of all sizes, tolerances that nothing meets, goals within reach and out of it, of one chain and of the whole: none takes more than was said.
+#[test]
+fn no_search_takes_more_steps_than_the_worst_case() {
+    let model = torso();
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let (mut robot, _) = held(&model);
+    let free = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 2);
+    let mut share = [0.0_f64; 2];
+    for k in 0..48 {
+        let tolerances = [[1e-9; 2], [1e-3; 2], [1e-15; 2], [1e-300; 2]][k % 4];
+        let [steps, restarts] = [[1, 0], [3, 2], [100, 1], [0, 0], [20, 9]][k % 5];
+        let effort = Effort { tolerances, steps, restarts, kinematics: usize::MAX };
+        let X = tips(&mut robot.clone(), &inside(&model, k as u64), &[left, right]);
+        let far = if k % 3 == 0 { 2.0 } else { 0.0 };
+        let at = Pose::new(X[0].rotation, X[0].position + Vec3::x() * far);
+        let goal = Goal::pose(at).weights(1.0, 0.2);
+        let start = inside(&model, 100 + k as u64);
+        let mut q = start.clone();
+        let answer = robot.reach(left, &goal, Frame::World, &effort, &mut q).unwrap();
+        let most = effort.worst_case_steps(&goal);
+        assert!(answer.kinematics <= most, "{k}: {} of {most}", answer.kinematics);
+        share[0] = share[0].max(answer.kinematics as f64 / most as f64);
+        // The whole, with nothing held and with the box.
+        let goals = [TipGoal::new(left, goal), TipGoal::new(right, Goal::pose(X[1]))];
+        for (robot, goals) in [(&free, &goals[..]), (&robot, &goals[..1])] {
+            let mut q = start.clone();
+            search.begin(robot, goals, &effort, &q).unwrap();
+            let (mut took, most) = (0, search.worst_case_steps(goals, &effort));
+            while let Ok(Answer { outcome: Outcome::Unfinished, .. }) = search.go_on(1, &mut q) {
+                took += 1;
+                assert!(took <= most, "{k}: {most}");
+            }
+            share[1] = share[1].max(f64::from(took as u32) / most as f64);
+        }
+    }
+    println!("shares of the worst case: {share:?}");
+    assert!(share[0] > 0.1, "a bound that says something: {share:?}");
+    // Numbers that no computer counts to are no overflow.
+    let endless = Effort { steps: usize::MAX, restarts: usize::MAX, ..Effort::default() };
+    assert_eq!(endless.worst_case_steps(&Goal::position(Vec3::x())), usize::MAX);
+    let default = Effort::default().worst_case_steps(&Goal::pose(Pose::identity()));
+    assert!(default < 30_000, "{default}");
+}
+
+/// An arm whose last pin mimics two others, so that its hand stays level, on a turning base, beside an arm of its own; and a lever of four bars.
+const LEVEL: &str = r#"<robot name="level"><link name="floor"/>{links}
+  <joint name="turn" type="revolute"><parent link="floor"/><child link="turner"/><axis xyz="0 0 1"/>{limit}</joint>
+  <joint name="lift" type="revolute"><parent link="turner"/><child link="upper"/><axis xyz="0 1 0"/>{limit}</joint>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>{limit}</joint>
+  <joint name="wrist" type="revolute"><parent link="lower"/><child link="hand"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>{limit}
+    <mimic joint="bend" multiplier="-1" offset="0.2"/></joint>
+  <joint name="other" type="revolute"><parent link="turner"/><child link="arm"/><origin xyz="0 0.3 0"/><axis xyz="0 1 0"/>{limit}</joint>
+  <joint name="fore" type="revolute"><parent link="arm"/><child link="tool"/><origin xyz="0.3 0 0"/><axis xyz="0 1 0"/>{limit}</joint>
+</robot>"#;
+
+fn level() -> formats::Description {
+    let names = ["turner", "upper", "lower", "hand", "arm", "tool"];
+    let link = |n: &&str| {
+        format!(
+            "<link name='{n}'><inertial><mass value='1'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' \
+             ixz='0' iyz='0'/></inertial></link>"
+        )
+    };
+    let links: String = names.iter().map(link).collect();
+    let limit = "<limit lower='-2' upper='2' effort='9' velocity='1'/>";
+    let text = LEVEL.replace("{links}", &links).replace("{limit}", limit);
+    let options = formats::ReadOptions { root: formats::Root::Fixed, ..Default::default() };
+    formats::read_text(&text, &options).unwrap()
+}
+
+#[test]
+fn joints_that_mimic_others_stay_coupled() {
+    let d = level();
+    let refused = ModelSpec::from_description(&d).unwrap_err().to_string();
+    assert!(refused.contains("coupling"), "{refused}");
+    let mut spec = ModelSpec::with_closures(&d);
+    spec.parts.push(PartSpec::chain("arm", "floor", "hand"));
+    spec.parts.push(PartSpec::chain("other", "turner", "tool"));
+    let strict = ModelSpec { closures: Closures::Refused, ..spec.clone() };
+    assert!(RobotModel::new(&strict).unwrap_err().to_string().contains("Closures::Kept"));
+    let model = RobotModel::new(&spec).unwrap();
+    let [arm, other] = ["arm", "other"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 2);
+    let at = |joint: &str| model.coordinate(joint).unwrap().0;
+    let [bend, wrist] = [at("bend"), at("wrist")];
+    let coupled = |q: &[f64]| (q[wrist] + q[bend] - 0.2).abs();
+    for seed in 0..20 {
+        let mut there = inside(&model, seed);
+        there[wrist] = 0.2 - there[bend];
+        let X = tips(&mut robot, &there, &[arm, other]);
+        let goals = [
+            TipGoal::new(arm, Goal::position(X[0].position)),
+            TipGoal::new(other, Goal::position(X[1].position)),
+        ];
+        let mut q = inside(&model, 50 + seed);
+        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        assert_eq!(answer.outcome, Outcome::Met, "{seed}");
+        assert!(coupled(&q) <= 1.1e-9, "{:e}", coupled(&q));
+        for (Y, X) in tips(&mut robot, &q, &[arm, other]).iter().zip(&X) {
+            assert!((Y.position - X.position).norm() <= 1.1e-9);
+        }
+        assert_eq!(search.closures().next().unwrap().0, Closure::Coupling { index: 0 });
+        // Out of reach: the nearest is coupled.
+        let far = [TipGoal::new(arm, Goal::position(Vec3::new(2.0, 0.3, 0.4)))];
+        let answer = search.reach(&robot, &far, &Effort::default(), &mut q).unwrap();
+        assert!(answer.outcome == Outcome::Nearest && coupled(&q) <= 1.1e-9);
+        // Stretched: the hand is 0.9 m from the axis of the base, at most.
+        assert!((answer.residual.position - (Vec3::new(2.0, 0.3, 0.4).norm() - 0.9)).abs() < 1e-9);
+    }
+    // The arm alone would open it; the other moves alone, to the same bits as where nothing is coupled.
+    let mut q = model.multibody().neutral_q();
+    q[wrist] = 0.2;
+    let goal = Goal::position(Vec3::new(0.3, 0.3, -0.2));
+    let told = robot.reach(arm, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
+    let opens = |what| RobotError::OpensClosure { what, closure: Closure::Coupling { index: 0 } };
+    assert_eq!(told, opens("a search of one chain"));
+    assert!(told.to_string().contains("a search of one chain knows nothing of coupling 0"));
+    let mut free = ModelSpec { closures: Closures::Refused, ..spec.clone() };
+    free.mechanism.couplings_mut().clear();
+    let free = RobotModel::new(&free).unwrap();
+    let (mut alone, mut same) = (q.clone(), q.clone());
+    let a = robot.reach(other, &goal, Frame::World, &Effort::default(), &mut alone).unwrap();
+    let part = free.part("other").unwrap();
+    let mut tree = Robot::new(&free);
+    let b = tree.reach(part, &goal, Frame::World, &Effort::default(), &mut same).unwrap();
+    assert_eq!((a, &alone), (b, &same));
+    // What else would open it says so; kinematics and forces are the tree's.
+    let nv = model.nv();
+    let zero = vec![0.0; nv];
+    let twist = spatial::Motion::zero();
+    assert_eq!(
+        robot.rates(arm, &twist, &mut zero.clone()).unwrap_err(),
+        opens("a rate of one tip")
+    );
+    assert_eq!(Planner::new(&robot, arm, 50).unwrap_err(), opens("a planned way"));
+    assert!(Planner::new(&robot, other, 50).is_ok());
+    assert_eq!(TaskSpace::new(&robot, &[arm]).unwrap_err(), opens("operational space"));
+    assert_eq!(Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(), opens("a timed way"));
+    let mut control = RateControl::new(&robot, 1, 0);
+    let guards = Guards { horizon: 0.1, manipulable: &[] };
+    let wish = [Wish::new(0, Aim::Posture(&zero))];
+    let told = control.solve(&mut robot, &wish, &guards, &mut zero.clone(), &mut [0.0]);
+    assert_eq!(told.unwrap_err(), opens("a control of rates"));
+    let mut body = WholeBody::new(&robot, 0, 1);
+    let out = (&mut zero.clone()[..], &mut zero.clone()[..], &mut [][..]);
+    let told = body.solve(&mut robot, &zero, &[], &wish, &zero, out);
+    assert_eq!(told.unwrap_err(), opens("a control of forces"));
+    let mut memory = Predictor::new(&robot);
+    let (mut p, mut v, mut P) = (q.clone(), zero.clone(), vec![0.0; 4 * nv * nv]);
+    let state = dynamics::Known { q: &mut p, v: &mut v, covariance: &mut P };
+    let told = robot.predict(&mut memory, state, &zero, &[], 1e-3);
+    assert_eq!(told.unwrap_err(), opens("a prediction"));
+    let mut transfer = Transfer::new(&robot);
+    let still = MotionState { q: &q, v: &zero, vdot: &zero };
+    let limits = MotionLimits::of(&model).acceleration(1.0).jerk(1.0);
+    assert_eq!(transfer.plan(&still, &still, &limits).unwrap_err(), opens("a transfer"));
+    let mut next = q.clone();
+    (next[bend], next[wrist]) = (0.5, -0.3);
+    assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap(), Path::Free);
+    next[wrist] = 0.0;
+    assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap_err(), opens("a straight way"));
+    let (mut tau, mut other_tau) = (zero.clone(), zero.clone());
+    robot.set_q(&q).unwrap();
+    tree.set_q(&q).unwrap();
+    robot.gravity_forces(&mut tau).unwrap();
+    tree.gravity_forces(&mut other_tau).unwrap();
+    assert_eq!(tau, other_tau);
+}
+
+#[test]
+fn loops_of_the_mechanism_stay_closed() {
+    let mut m = Builder::new();
+    let pin = || Hinge::pin(Vec3::y()).limits(Limits::position(-2.8, 2.8));
+    let x = |d: f64| Pose::translation(d, 0.0, 0.0);
+    m.body(BodySpec::new("waist", "world").hinge(Hinge::pin(Vec3::z())));
+    m.body(BodySpec::new("crank", "waist").hinge(pin()));
+    m.body(BodySpec::new("coupler", "crank").hinge_in_parent(x(0.3)).hinge(pin()));
+    m.body(BodySpec::new("rocker", "waist").hinge_in_parent(x(0.7)).hinge(pin()));
+    m.body(BodySpec::new("finger", "coupler").hinge_in_parent(x(0.9)));
+    m.loop_closure(multibody::LoopClosure {
+        name: "knee".into(),
+        body_a: "coupler".into(),
+        frame_a: x(0.8),
+        body_b: "rocker".into(),
+        frame_b: x(0.6),
+        hinge: Hinge::pin(Vec3::y()),
+    });
+    let parts = vec![
+        PartSpec::chain("lever", "waist", "finger"),
+        PartSpec::chain("turn", "world", "waist"),
+    ];
+    let spec = ModelSpec { mechanism: m, parts, closures: Closures::Kept, ..ModelSpec::default() };
+    let model = RobotModel::new(&spec).unwrap();
+    let [lever, turn] = ["lever", "turn"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 1);
+    let body = |n: &str| model.multibody().body(n).unwrap();
+    let gap = |robot: &mut Robot, q: &[f64]| {
+        robot.set_q(q).unwrap();
+        let ends = [("coupler", 0.8), ("rocker", 0.6)];
+        let [a, b] = ends.map(|(n, d)| robot.body_pose(body(n)).transform_point(&(Vec3::x() * d)));
+        (a - b).norm()
+    };
+    let mut met = 0;
+    for seed in 0..20 {
+        let mut there = inside(&model, seed);
+        search.reach(&robot, &[], &Effort::default(), &mut there).unwrap();
+        assert!(gap(&mut robot, &there) <= 1.1e-9);
+        let X = tips(&mut robot, &there, &[lever])[0];
+        let mut q = inside(&model, 70 + seed);
+        let goal = [TipGoal::new(lever, Goal::position(X.position))];
+        let answer = search.reach(&robot, &goal, &Effort::default(), &mut q).unwrap();
+        met += usize::from(answer.outcome == Outcome::Met);
+        assert!(gap(&mut robot, &q) <= 1.1e-9);
+        let Y = tips(&mut robot, &q, &[lever])[0];
+        assert!(((Y.position - X.position).norm() - answer.residual.position).abs() < 1e-12);
+    }
+    assert!(met >= 18, "{met}");
+    let mut q = model.multibody().neutral_q();
+    let goal = Goal::position(Vec3::new(0.5, 0.1, 0.2));
+    let told = robot.reach(lever, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
+    let closure = Closure::Loop { index: 0 };
+    assert_eq!(told, RobotError::OpensClosure { what: "a search of one chain", closure });
+    // What the whole loop stands on moves alone, and straight.
+    let ahead = Goal::pointing(Pointing::along(Vec3::x(), Vec3::new(0.6, 0.8, 0.0)));
+    assert_eq!(
+        robot.reach(turn, &ahead, Frame::World, &Effort::default(), &mut q).unwrap().outcome,
+        Outcome::Met
+    );
+    let still = model.multibody().neutral_q();
+    assert_eq!(robot.path_free(&still, &q, 1e-3).unwrap(), Path::Free);
+    let mut open = q.clone();
+    open[model.multibody().hinge("rocker").unwrap().start] = 0.3;
+    assert!(matches!(robot.path_free(&q, &open, 1e-3), Err(RobotError::OpensClosure { .. })));
+    // A loop that is moved by who knows whom is refused.
+    let mut moved = spec.clone();
+    moved.mechanism.loops_mut()[0].hinge = Hinge::pin(Vec3::y()).prescribed();
+    let told = RobotModel::new(&moved).unwrap_err().to_string();
+    assert!(told.contains("the motion across loop `knee`"), "{told}");
+}

@@ -17,8 +17,10 @@
 //!                                                                                         └ none: open, the least open of all
 //! ```
 
-use super::closure::Asked;
-use super::{Found, InverseKinematics, InverseKinematicsError, Place, Residual, Target};
+use super::closure::{Asked, WEIGHT};
+use super::{
+    Effort, Found, Goal, InverseKinematics, InverseKinematicsError, Place, Residual, Target,
+};
 use super::{check_nodes, check_state};
 use crate::tree::Tree;
 use linkwork_multibody::Limits;
@@ -115,6 +117,46 @@ impl Search {
             restarts: self.best_restart,
             kinematics: self.kinematics,
         }
+    }
+}
+
+impl Effort {
+    /// Evaluations of the kinematics after which a search for these goals has ended at the latest, whatever the mechanism, the start and the goals'
+    /// numbers: what a caller in real time counts on. Most searches take a hundredth of it. `closures`: there are some, of the mechanism or given.
+    ///
+    /// The way from one start has n steps at the most. The k-th refusal in a row raises the damping c by k bits, and a step that is taken lowers it by no more
+    /// than log₂ 10; c begins at 10⁻² and the way ends where c ≥ 10¹⁸ (1 + 1/F). Since what is not met has F ≥ ½ (w tolerance)², r refusals in all:
+    /// ```text
+    /// Σ r_i (r_i + 1)/2 ≤ n log₂ 10 + log₂(10²⁰ (1 + 1/F)) + 24,      r (r + 1)/2 ≥ 3 r − 3,      r_i ≤ 24
+    /// ```
+    #[must_use]
+    pub fn worst_case_steps<'a>(
+        &self,
+        goals: impl IntoIterator<Item = &'a Goal>,
+        closures: bool,
+    ) -> usize {
+        let mut least = f64::INFINITY;
+        for g in goals {
+            if g.position.is_some() {
+                least = least.min(g.weights[0] * self.position_tolerance);
+            }
+            if g.turns() {
+                least = least.min(g.weights[1] * self.orientation_tolerance);
+            }
+        }
+        let finest = self.position_tolerance.min(self.orientation_tolerance);
+        let least = if least.is_finite() { least } else { WEIGHT * finest };
+        let n = self.iterations as f64;
+        let bits = n * 10.0_f64.log2() + (1e20 * (1.0 + 2.0 / (least * least))).log2() + 24.0;
+        // What is too large for a number is too large for a bound.
+        let refused = (bits / 3.0 + n + 1.0).ceil() as usize;
+        let most = REFUSALS.saturating_mul(self.iterations.saturating_add(1));
+        let way = |refused: usize| self.iterations.saturating_add(1).saturating_add(refused);
+        let starts = self.restarts.saturating_add(1);
+        let plain = way(refused.min(most)).saturating_mul(starts.saturating_add(1));
+        // Rounds and ways of closures alone may have any cost.
+        let more = starts.saturating_add(2 * ROUNDS + 2).saturating_mul(way(most));
+        plain.saturating_add(if closures { more } else { 0 })
     }
 }
 

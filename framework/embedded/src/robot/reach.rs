@@ -8,7 +8,9 @@ use super::{ChainMemory, Robot, numbers};
 use crate::closed_form::ClosedForm;
 use crate::error::RobotError;
 use crate::part::{Chain, Part};
-use linkwork_dynamics::inverse_kinematics::{Goal, Place, Progress, Residual, Towards};
+use linkwork_dynamics::inverse_kinematics::{
+    self as search, Goal, Place, Progress, Residual, Towards,
+};
 use linkwork_dynamics::{InverseKinematics, RateTarget, Target, poses};
 use linkwork_spatial::{Motion, Pose};
 
@@ -58,6 +60,26 @@ impl Effort {
     }
 }
 
+impl Effort {
+    /// What the floor below takes.
+    pub(super) fn inner(&self) -> search::Effort {
+        search::Effort {
+            position_tolerance: self.tolerances[0],
+            orientation_tolerance: self.tolerances[1],
+            iterations: self.steps,
+            restarts: self.restarts,
+        }
+    }
+
+    /// Evaluations of the kinematics after which [`Robot::reach`] has ended at the latest, met or with the nearest, whatever the chain, the start and the goal's
+    /// numbers; calls and portions end sooner where [`kinematics`](Self::kinematics) says so. What most searches take is a hundredth of it.
+    /// [`WholeReach::worst_case_steps`](super::WholeReach::worst_case_steps) is that of the whole.
+    #[must_use]
+    pub fn worst_case_steps(&self, goal: &Goal) -> usize {
+        self.inner().worst_case_steps([goal], false)
+    }
+}
+
 /// How a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -93,7 +115,7 @@ impl Robot {
     /// configuration) until its tip meets the goal (given in `frame`), within limits. The robot's own q does not change.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`],
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
     /// [`RobotError::OutOfRange`] (weights, tolerances, a goal that asks for nothing), [`RobotError::OutsideLimits`]; then q is left alone. *Not reached* is an
     /// answer, not an error.
     pub fn reach(
@@ -119,6 +141,7 @@ impl Robot {
     ) -> Result<(), RobotError> {
         let model = &self.model;
         let chain = model.chain(part)?;
+        model.opens(chain, "a search of one chain")?;
         numbers("q", q, self.q.len())?;
         check(goal, effort)?;
         chain.within_limits(q)?;
@@ -149,9 +172,7 @@ impl Robot {
         gather(&chain.q, q, &mut memory.q);
         memory.fresh = false;
         let ik = &mut memory.ik;
-        ik.effort.position_tolerance = effort.tolerances[0];
-        ik.effort.orientation_tolerance = effort.tolerances[1];
-        (ik.effort.iterations, ik.effort.restarts) = (effort.steps, effort.restarts);
+        ik.effort = effort.inner();
         let begun = ik.begin(&chain.tree, &[target], &memory.q);
         debug_assert!(begun.is_ok(), "everything was checked: {begun:?}");
         memory.searching = true;
@@ -163,7 +184,7 @@ impl Robot {
     /// limit. Returns what is missing, rad/s and m/s. A search that was begun may go on afterwards.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`].
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`].
     pub fn rates(
         &mut self,
         part: Part,
@@ -175,6 +196,7 @@ impl Robot {
         numbers("velocity", twist.linear.as_slice(), 3)?;
         let (model, whole) = (&self.model, &self.q);
         let chain = model.chain(part)?;
+        model.opens(chain, "a rate of one tip")?;
         let Some(memory) = self.chains[part.index()].as_mut() else {
             return Err(RobotError::NotAChain { part: part.index() });
         };
@@ -200,7 +222,7 @@ impl Robot {
     /// 1e-9 m and rad. No search, no restarts: the same work each time.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`],
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
     /// [`RobotError::OutOfRange`] (a goal without a position or an orientation), [`RobotError::OutsideLimits`] (the hinge that is
     /// held), [`RobotError::NoRoom`].
     pub fn reach_all(
@@ -216,6 +238,7 @@ impl Robot {
         if !closed.is_of(chain) {
             return Err(RobotError::ForeignHandle);
         }
+        model.opens(chain, "a closed form")?;
         let n = self.q.len();
         numbers("q", q, n)?;
         check(goal, &Effort::default())?;
