@@ -24,12 +24,16 @@ use linkwork_spatial::{Force, Motion};
 /// world axes. After [`kinematics`](crate::kinematics()) or [`poses`](crate::poses). O(nv).
 pub fn node_jacobian(tree: &Tree, ws: &Workspace, node: NodeId, out: &mut [f64]) {
     check(out.len(), 6 * tree.nv(), "Jacobian");
+    frame_jacobian(tree, ws, tree.node(node), out);
+}
+
+/// As [`node_jacobian`], of any frame on a link.
+pub(crate) fn frame_jacobian(tree: &Tree, ws: &Workspace, at: &OnLink, out: &mut [f64]) {
+    let nv = tree.nv();
+    out.fill(0.0);
     match tree.flexible {
-        None => matrix(tree, &ws.work, node, out),
-        Some(_) => {
-            out.fill(0.0);
-            each_entry(tree, &ws.work, node, |at, x| out[at] = x);
-        }
+        None => columns(tree, &ws.work, at, |i, J, _| put(out, nv, i, J)),
+        Some(_) => each_column(tree, &ws.work, at, |i, J| put(out, nv, i, J)),
     }
 }
 

@@ -119,7 +119,7 @@ impl Workspace {
         vec3(&kin.R.mul_add(v3(&c), kin.p))
     }
 
-    fn frame(&self, at: &OnLink) -> (Mat3, Vec3) {
+    pub(crate) fn frame(&self, at: &OnLink) -> (Mat3, Vec3) {
         let kin = &self.work.kin[at.slot as usize];
         (mat3(&kin.R) * at.R, vec3(&kin.R.mul_add(v3(&at.p), kin.p)))
     }

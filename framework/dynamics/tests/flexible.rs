@@ -3,7 +3,7 @@
 
 use crate::support::{Rng, Shape, close, random_tree, solve};
 use linkwork_dynamics::multibody::modes::{Attachment, Modes, Shortening, Station};
-use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge, Multibody};
+use linkwork_dynamics::multibody::{BodySpec, Builder, Coordinate, Hinge, LoopClosure, Multibody};
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
 use linkwork_dynamics::spatial::{Force, MassProperties, Motion, Pose, Vec3};
 use linkwork_dynamics::*;
@@ -544,6 +544,67 @@ fn inverse_kinematics_moves_hinges_and_leaves_modes() {
     for b in c.tree.multibody().bodies() {
         assert_eq!(q[b.modes_q()], c.q[b.modes_q()]);
     }
+}
+
+/// A loop between the world and a body beyond bodies that bend, or on one: closed at the bent configuration that q says, by the kernels of dynamics.
+#[test]
+fn inverse_kinematics_closes_loops_through_bent_bodies_and_refuses_to_bend_them() {
+    let (mut bent, mut closed) = (0, 0);
+    for seed in 0..24 {
+        let c = Case::plain(seed);
+        let mbs = c.tree.multibody();
+        let node = mbs.get_node(mbs.node("n06").unwrap());
+        let X = c.ws.node_pose(&c.tree, mbs.node("n06").unwrap());
+        let mut b = Builder::from(mbs);
+        let hinge = if seed % 3 == 0 { Hinge::pin(Vec3::z()) } else { Hinge::ball() };
+        b.loop_closure(LoopClosure {
+            name: "held".into(),
+            body_a: "world".into(),
+            frame_a: X,
+            body_b: mbs.get(node.body()).name().into(),
+            frame_b: node.pose(),
+            hinge,
+        });
+        let mbs = b.build().unwrap();
+        let tree = Tree::new(&mbs);
+        let mut ik = InverseKinematics::new(&tree);
+        let mut q = c.q.clone();
+        let mask = mbs.prescribed();
+        let mut dv: Vec<f64> =
+            c.v.iter().zip(&mask).map(|(v, held)| if *held { 0.0 } else { 0.05 * v }).collect();
+        for b in mbs.bodies() {
+            dv[b.modes_v()].fill(0.0);
+        }
+        mbs.integrate(&c.q, &dv, &mut q);
+        let errors = |q: &[f64]| {
+            let (units, mut ws) =
+                (units::Units::new(&tree, |_| units::Treatment::Augment), Workspace::new(&tree));
+            let mut uw = units::UnitsWork::new(&tree, &units);
+            kinematics(&tree, &mut ws, q, &vec![0.0; tree.nv()]);
+            let mut most = 0.0_f64;
+            units.loop_errors(&tree, &ws, &mut uw, 0, &[], |d, _| most = most.max(d.abs()));
+            most
+        };
+        let before = errors(&q);
+        let solved = ik.solve(&tree, &[], &mut q);
+        solved.unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        assert!(errors(&q) <= 2e-9, "seed {seed}: {:e}", errors(&q));
+        closed += usize::from(before > 1e-4);
+        for b in mbs.bodies() {
+            assert_eq!(q[b.modes_q()], c.q[b.modes_q()], "modes stay");
+        }
+        // On the way to the loop there is one that is bent; to move its modes is refused by name.
+        let on_path =
+            |b: multibody::BodyId| mbs.on_path(b, mbs.body(mbs.get(node.body()).name()).unwrap());
+        bent += usize::from(mbs.body_ids().any(|b| mbs.get(b).modes().is_some() && on_path(b)));
+        let soft = mbs.bodies().iter().find(|b| b.modes().is_some()).unwrap();
+        ik.release(soft.modes_v());
+        let error = ik.solve(&tree, &[], &mut q).unwrap_err();
+        let InverseKinematicsError::Flexible { body } = &error else { panic!("{error}") };
+        assert_eq!(body, soft.name());
+        assert!(error.to_string().contains("help: "));
+    }
+    assert!(bent >= 12 && closed >= 12, "{bent} {closed}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod allocation;
 mod analytic;
 mod calibration;
 mod closed_forms;
+mod closures;
 mod compound;
 mod conservation;
 mod derivatives;

@@ -83,6 +83,36 @@ pub enum ModelFault {
     },
 }
 
+/// What inverse kinematics of the whole keeps closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Closure {
+    /// Two hands on an object, by its place among the objects.
+    Hands {
+        /// The object.
+        object: usize,
+    },
+    /// A loop of the mechanism, by its place among [`Multibody::loops`](linkwork_multibody::Multibody::loops).
+    Loop {
+        /// Its place.
+        index: usize,
+    },
+    /// A coupling of the mechanism, by its place among [`Multibody::couplings`](linkwork_multibody::Multibody::couplings).
+    Coupling {
+        /// Its place.
+        index: usize,
+    },
+}
+
+impl std::fmt::Display for Closure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Hands { object } => write!(f, "the grasp of object {object} by two hands"),
+            Self::Loop { index } => write!(f, "loop {index}"),
+            Self::Coupling { index } => write!(f, "coupling {index}"),
+        }
+    }
+}
+
 /// Why a call did nothing. `Copy`, without memory of its own; the words are made when it is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum RobotError {
@@ -212,6 +242,30 @@ pub enum RobotError {
     LoopOpen {
         /// The second hand.
         part: usize,
+        /// m.
+        position: f64,
+        /// rad.
+        orientation: f64,
+    },
+    /// A call that knows nothing of a loop or a coupling of the mechanism, and would open it.
+    #[error(
+        "{what} knows nothing of {closure} of the mechanism\n  help: `WholeReach` keeps it closed; where it does not count, leave it out of the \
+         model"
+    )]
+    OpensClosure {
+        /// The call.
+        what: &'static str,
+        /// What it would open.
+        closure: Closure,
+    },
+    /// No configuration within limits closes a closure, whatever becomes of the goals.
+    #[error(
+        "{closure} does not close: {position:.3e} m and {orientation:.3e} rad are left\n  help: q is where it is least open; check \
+         what it closes, let more of the robot move, or let go with one hand"
+    )]
+    DoesNotClose {
+        /// Which.
+        closure: Closure,
         /// m.
         position: f64,
         /// rad.

@@ -15,7 +15,9 @@
 //! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). A [`Planner`] finds free ways between configurations.
 //!
 //! [`Robot::reach`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once
-//! ([`RobotModel::closed_form`], [`Robot::reach_all`]).
+//! ([`RobotModel::closed_form`], [`Robot::reach_all`]). [`WholeReach`] searches for one in which several tips are where they are to be at once, in the world or in
+//! each other's hands, with what carries them; what two hands hold stays closed, and so do the mechanism's own loops and couplings ([`Closures`]).
+//! [`Effort::worst_case_steps`] says after how much work a search has ended at the latest.
 //!
 //! A way gets its times by [`Timing`]: as fast as limits of rate, acceleration and effort allow, what is held counted. [`Transfer`] goes from any state to any
 //! other within limits of jerk. [`RateControl`] and [`WholeBody`] give rates and forces for wishes in order of priority, away from limits and singular
@@ -74,7 +76,7 @@ mod support;
 
 pub use bounded::{Sweeps, bounded};
 pub use closed_form::ClosedForm;
-pub use error::{ModelError, ModelFault, RobotError};
+pub use error::{Closure, ModelError, ModelFault, RobotError};
 pub use linkwork_collision::{
     Closest, ColliderId, ColliderSpec, Detail, Distance, Neighbours, Occupancy, Rules, Shape,
     ShapeFault, Visibility,
@@ -86,13 +88,13 @@ pub use linkwork_formats as formats;
 pub use linkwork_multibody as multibody;
 pub use linkwork_spatial as spatial;
 pub use manipulability::{Manipulability, Rows};
-pub use model::{ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
+pub use model::{Closures, ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
 pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{
     Aim, Answer, Balance, Balanced, Best, Effort, Frame, Friction, Grasp, Gripped, Guards,
     HandWeights, Hold, Impedance, MotionLimits, MotionState, MoveSqueeze, Outcome, Path,
     PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace,
-    Timed, Timing, Touch, Transfer, Transferred, Way, WholeBody, Wish,
+    Timed, Timing, TipGoal, Touch, Transfer, Transferred, Way, WholeBody, WholeReach, Wish,
 };
 pub use support::{support_margin, support_polygon};

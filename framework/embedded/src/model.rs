@@ -1,7 +1,7 @@
 //! The model: constant, checked, shared.
 
 use crate::collision::Scene;
-use crate::error::{ModelError, ModelFault, RobotError};
+use crate::error::{Closure, ModelError, ModelFault, RobotError};
 use crate::linkage::{Linkage, linkages};
 use crate::part::{Chain, Part, PartSpec, Resolved, resolve};
 use linkwork_collision::{ColliderId, ColliderSpec, Rules, Shape};
@@ -20,8 +20,10 @@ use std::sync::Arc;
 /// What a model is made of. [`RobotModel::new`] checks it.
 #[derive(Clone, Debug, Default)]
 pub struct ModelSpec {
-    /// Bodies and hinges. Loops and couplings are refused.
+    /// Bodies and hinges. Loops and couplings are refused, unless `closures` keeps them.
     pub mechanism: Builder,
+    /// What becomes of its loops and couplings.
+    pub closures: Closures,
     /// Parts by name.
     pub parts: Vec<PartSpec>,
     /// Objects that hands may hold.
@@ -41,6 +43,18 @@ pub struct ModelSpec {
     pub doubtful: Vec<String>,
 }
 
+/// What becomes of loops and couplings of the mechanism, such as joints that mimic others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Closures {
+    /// The model is refused.
+    #[default]
+    Refused,
+    /// [`WholeReach`](crate::WholeReach) keeps them closed, of whatever hinges. Kinematics, collisions, masses and forces are those of the tree at the q given: forces of a motion
+    /// that keeps them closed, as if every coordinate had a motor of its own. What would open them is refused ([`RobotError::OpensClosure`]): searches, rates and ways of a chain that takes
+    /// part in them, ways between configurations, wishes, operational space, predictions, timings and transfers.
+    Kept,
+}
+
 impl ModelSpec {
     /// The mechanism of a description, with its joints' names.
     ///
@@ -58,14 +72,31 @@ impl ModelSpec {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
+        Ok(Self::of(d))
+    }
+
+    /// As [`from_description`](Self::from_description), with the loops and couplings of the description [kept](Closures::Kept).
+    #[must_use]
+    pub fn with_closures(d: &Description) -> Self {
+        let mut spec = Self { closures: Closures::Kept, ..Self::of(d) };
+        for l in &d.loops {
+            spec.mechanism.loop_closure(l.clone());
+        }
+        for c in &d.couplings {
+            spec.mechanism.coupling(c.clone());
+        }
+        spec
+    }
+
+    fn of(d: &Description) -> Self {
         let joints = d.joints.iter().filter_map(|j| Some((j.name.clone(), d.coordinate(&j.name)?)));
-        Ok(Self {
+        Self {
             mechanism: d.builder.clone(),
             joints: joints.collect(),
             unused: d.ignored.iter().map(ToString::to_string).collect(),
             doubtful: d.doubtful.iter().map(ToString::to_string).collect(),
             ..Self::default()
-        })
+        }
     }
 
     /// Adds the [collision shapes](colliders_of) of a description.
@@ -155,6 +186,10 @@ pub struct RobotModel {
     pub(crate) parts: Vec<Resolved>,
     /// In the whole: the tip of each part that is a chain.
     pub(crate) tips: Vec<Option<NodeId>>,
+    /// The bases of those whose base moves.
+    pub(crate) bases: Vec<Option<NodeId>>,
+    /// Loops and couplings, with the degrees of freedom that take part.
+    closures: Vec<(Closure, Vec<usize>)>,
     pub(crate) objects: Vec<(String, RigidInertia)>,
     /// For each object: what hangs on it.
     pub(crate) linkages: Vec<Option<Linkage>>,
@@ -173,11 +208,13 @@ impl RobotModel {
     /// All that is wrong, at once.
     pub fn new(spec: &ModelSpec) -> Result<Arc<Self>, ModelError> {
         let mut faults = Vec::new();
-        let help = "leave it out: the embedded model is a tree";
-        let names = spec.mechanism.loops().iter().map(|l| format!("loop `{}`", l.name));
-        let couplings = spec.mechanism.couplings().iter();
-        let names = names.chain(couplings.map(|c| format!("coupling `{}`", c.name)));
-        faults.extend(names.map(|what| ModelFault::Refused { what, help }));
+        if spec.closures == Closures::Refused {
+            let help = "leave it out, or keep it with `Closures::Kept`, which says for what";
+            let names = spec.mechanism.loops().iter().map(|l| format!("loop `{}`", l.name));
+            let couplings = spec.mechanism.couplings().iter();
+            let names = names.chain(couplings.map(|c| format!("coupling `{}`", c.name)));
+            faults.extend(names.map(|what| ModelFault::Refused { what, help }));
+        }
         for b in spec.mechanism.bodies().iter().filter(|b| b.modes.is_some()) {
             let what = format!("the flexibility of body `{}`", b.name);
             faults.push(ModelFault::Refused { what, help: "make the body rigid" });
@@ -193,7 +230,10 @@ impl RobotModel {
                 }
             }
         }
-        let bare = match spec.mechanism.build() {
+        let mut open = spec.mechanism.clone();
+        open.loops_mut().clear();
+        open.couplings_mut().clear();
+        let bare = match open.build() {
             Ok(bare) => bare,
             Err(e) => {
                 faults.push(ModelFault::Mechanism { text: e.to_string() });
@@ -205,8 +245,21 @@ impl RobotModel {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        let multibody = with_tips(&spec.mechanism, &bare, &parts)?;
+        let closed = spec.closures == Closures::Kept;
+        let multibody = with_tips(if closed { &spec.mechanism } else { &open }, &bare, &parts)?;
+        let moves =
+            multibody.loops().iter().filter(|l| !l.motions.is_empty() || !l.gaps.is_empty());
+        let faults: Vec<ModelFault> = moves
+            .map(|l| ModelFault::Refused {
+                what: format!("the motion across loop `{}`", l.closure.name),
+                help: "make the loop of a hinge without prescribed motion, and without gaps",
+            })
+            .collect();
+        if !faults.is_empty() {
+            return Err(ModelError { faults });
+        }
         let tips = parts.iter().map(|p| multibody.node(&tip_name(&p.name))).collect();
+        let bases = parts.iter().map(|p| multibody.node(&base_name(&p.name))).collect();
         let mut limits = vec![None; multibody.nv()];
         for (_, s) in multibody.subhinges().filter(|(_, s)| s.v.len() == 1 && s.q.len() == 1) {
             limits[s.v.start] = Some((s.q.start, s.subhinge.limits));
@@ -224,6 +277,8 @@ impl RobotModel {
             tree: Tree::new(&multibody),
             parts,
             tips,
+            bases,
+            closures: closures_of(&multibody),
             objects,
             linkages,
             limits,
@@ -371,6 +426,49 @@ impl RobotModel {
         found.chain.as_ref().ok_or(RobotError::NotAChain { part: part.index() })
     }
 
+    /// Refuses what moves a chain that takes part in a loop or a coupling.
+    pub(crate) fn opens(&self, chain: &Chain, what: &'static str) -> Result<(), RobotError> {
+        let mut all = self.closures.iter();
+        match all.find(|(_, dofs)| dofs.iter().any(|d| chain.v.contains(d))) {
+            Some((closure, _)) => Err(RobotError::OpensClosure { what, closure: *closure }),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses what knows of no loops and couplings, where there are some.
+    pub(crate) fn open_tree(&self, what: &'static str) -> Result<(), RobotError> {
+        match self.closures.first() {
+            Some((closure, _)) => Err(RobotError::OpensClosure { what, closure: *closure }),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses straight ways that open a loop or a coupling. What is coupled at both ends is coupled between them.
+    pub(crate) fn opens_between(&self, qa: &[f64], qb: &[f64]) -> Result<(), RobotError> {
+        let what = "a straight way";
+        let multibody = self.multibody();
+        for (closure, dofs) in &self.closures {
+            if let Closure::Coupling { index } = *closure {
+                let c = &multibody.couplings()[index];
+                let error = |q: &[f64]| {
+                    let sum: f64 = c.terms.iter().map(|(at, _, factor)| factor * q[*at]).sum();
+                    (sum - c.coupling.constant).abs()
+                };
+                if error(qa) <= 1e-6 && error(qb) <= 1e-6 {
+                    continue;
+                }
+                return Err(RobotError::OpensClosure { what, closure: *closure });
+            }
+            let moves = multibody.subhinges().any(|(_, s)| {
+                qa[s.q.clone()] != qb[s.q.clone()] && s.v.clone().any(|d| dofs.contains(&d))
+            });
+            if moves {
+                return Err(RobotError::OpensClosure { what, closure: *closure });
+            }
+        }
+        Ok(())
+    }
+
     /// The tip of a chain in the whole mechanism.
     pub(crate) fn tip(&self, part: Part) -> Result<NodeId, RobotError> {
         let tip = self.tips.get(part.index()).ok_or(RobotError::ForeignHandle)?;
@@ -419,11 +517,33 @@ fn solid(g: &Geometry) -> Option<Shape> {
     })
 }
 
+/// Loops and couplings, and the degrees of freedom that take part: of a loop those that lie between its ends.
+fn closures_of(multibody: &Multibody) -> Vec<(Closure, Vec<usize>)> {
+    let loops = multibody.loops().iter().enumerate().map(|(index, l)| {
+        let path = |end: Option<BodyId>| -> Vec<BodyId> {
+            end.map_or_else(Vec::new, |b| multibody.ancestors(b).collect())
+        };
+        let (a, b) = (path(l.a.body), path(l.b.body));
+        let between =
+            a.iter().filter(|x| !b.contains(x)).chain(b.iter().filter(|x| !a.contains(x)));
+        let dofs = between.flat_map(|body| multibody.get(*body).v());
+        (Closure::Loop { index }, dofs.collect())
+    });
+    let couplings = multibody.couplings().iter().enumerate();
+    let couplings = couplings
+        .map(|(index, c)| (Closure::Coupling { index }, c.terms.iter().map(|t| t.1).collect()));
+    loops.chain(couplings).collect()
+}
+
 fn tip_name(part: &str) -> String {
     format!("tip of part {part}")
 }
 
-/// The mechanism with a node at the tip of every chain.
+fn base_name(part: &str) -> String {
+    format!("base of part {part}")
+}
+
+/// The mechanism with nodes at the tip of every chain, and at its base where that is a body.
 fn with_tips(
     mechanism: &Builder,
     bare: &Multibody,
@@ -434,6 +554,9 @@ fn with_tips(
         if let Some(chain) = &p.chain {
             let body = bare.get(chain.tip_body).name();
             builder.node(tip_name(&p.name), body, Pose::identity());
+            if let Some(base) = p.bodies.first().and_then(|b| bare.get(*b).parent()) {
+                builder.node(base_name(&p.name), bare.get(base).name(), Pose::identity());
+            }
         }
     }
     let fault = |text| ModelError { faults: vec![ModelFault::Mechanism { text }] };

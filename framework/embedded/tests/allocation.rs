@@ -31,6 +31,8 @@ fn no_call_allocates_after_set_up() {
     let (mut ahead, mut rates, mut P) = (q.clone(), v.clone(), vec![0.0; 4 * nv * nv]);
     let soft = Impedance::at(Pose::translation(0.5, 0.3, 1.0), [20.0, 500.0], [0.1, 4.0]);
     let (mut A, mut corners) = (vec![0.0; 6 * nv], [[0.0; 2]; 8]);
+    let mut search = WholeReach::new(&robot, 2).clone();
+    let wrist = model.dofs(right).unwrap()[5];
     let counted = allocation_counter::measure(|| {
         let state = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
         robot.predict(&mut predictor, state, &v, &[], 1e-3).unwrap_err();
@@ -70,6 +72,36 @@ fn no_call_allocates_after_set_up() {
         robot.grasp(left, beam, Grasp::Here).unwrap();
         robot.grasp(right, beam, Grasp::Here).unwrap();
         black_box(robot.grasp(right, beam, Grasp::Here).unwrap_err());
+        // Two tips, and both hands on the beam: met, nearest, open, refused.
+        for p in [far, near] {
+            let goal = Goal::position(spatial::Vec3::new(p, 0.4, 1.1));
+            let goals = [
+                TipGoal::new(left, goal),
+                TipGoal::new(
+                    right,
+                    Goal::pointing(Pointing::along(spatial::Vec3::x(), spatial::Vec3::z())),
+                )
+                .seen_from(Frame::Tip(left)),
+            ];
+            let effort = Effort { restarts: 2, ..Effort::default() };
+            clamped.copy_from_slice(&start);
+            black_box(search.reach(&robot, &goals, &effort, &mut clamped)).ok();
+            black_box(search.go_on(10, &mut clamped)).ok();
+            black_box(search.worst_case_steps(&goals, &effort));
+            black_box((search.residuals()[0], search.closures().count()));
+            clamped.copy_from_slice(&start);
+            let prefer = Prefer { manipulable: 0.1, ..Prefer::centred().starts(2) };
+            let bounded = Effort::kinematics(2000);
+            black_box(search.best(&mut robot, &goals, &prefer, &bounded, &mut clamped)).ok();
+            black_box(search.begin(&robot, &goals, &effort, &bad).unwrap_err());
+        }
+        for dof in 0..nv {
+            search.keep(&[dof]).unwrap();
+        }
+        search.release(&[wrist]).unwrap();
+        clamped.copy_from_slice(&start);
+        black_box(search.reach(&robot, &[], &Effort::default(), &mut clamped).unwrap_err());
+        black_box(search.keep(&[999]).unwrap_err());
         robot.update_grasp(left, beam, Pose::identity()).unwrap();
         let push = Push::new(left, spatial::Vec3::x(), spatial::Vec3::y());
         robot.feed_forward(&v, &v, &[push], &mut tau).unwrap();

@@ -18,6 +18,7 @@ mod steps;
 mod support;
 mod tasks;
 mod timing;
+mod together;
 mod transfer;
 mod ways;
 mod whole_body;

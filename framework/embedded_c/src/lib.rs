@@ -8,6 +8,7 @@
 //! model     what never changes, names            → LwModel
 //! robot     q, kinematics, forces, masses        → LwRobot
 //! reach     inverse kinematics
+//! together  the same of several tips at once
 //! task      manipulability, rates of a tip, operational space
 //! control   rates and forces for wishes in order of priority
 //! hold      what hands hold
@@ -46,6 +47,7 @@ mod shape;
 mod status;
 mod task;
 mod timing;
+mod together;
 mod tool;
 
 pub use builder::*;
@@ -66,6 +68,7 @@ pub use shape::*;
 pub use status::{LwStatus, lw_status_text, lw_version};
 pub use task::*;
 pub use timing::*;
+pub use together::*;
 
 /// Handles go from thread to thread, and a model is used by several at once: the compiler says whether they may.
 const _: fn() = || {
@@ -81,4 +84,5 @@ const _: fn() = || {
     send::<priorities::LwPriorities>();
     send::<timing::LwTiming>();
     send::<timing::LwTransfer>();
+    send::<together::LwWholeReach>();
 };

@@ -45,7 +45,7 @@ pub struct LwGoal {
 }
 
 impl LwGoal {
-    fn checked(&self) -> Result<(Goal, Frame), Fault> {
+    pub(crate) fn checked(&self) -> Result<(Goal, Frame), Fault> {
         let asks = |what| self.parts & what != 0;
         let both = |a, b| asks(a) && asks(b);
         let [place, axis] = [[LW_GOAL_PLANE, LW_GOAL_LINE], [LW_GOAL_AXIS, LW_GOAL_LOOK_AT]];
@@ -182,7 +182,7 @@ pub struct LwBest {
 ///
 /// # Safety
 /// The promises at the head of the crate.
-unsafe fn effort_of(effort: *const LwEffort) -> Result<Effort, Fault> {
+pub(crate) unsafe fn effort_of(effort: *const LwEffort) -> Result<Effort, Fault> {
     if effort.is_null() {
         return Ok(Effort::default());
     }

@@ -49,6 +49,8 @@ pub enum LwStatus {
     HandFull,
     /// The second hand is not where its grasp says.
     LoopOpen,
+    /// No configuration within limits closes what two hands hold, a loop or a coupling; or a call would open one.
+    DoesNotClose,
     /// Equations have no solution.
     Singular,
     /// Files, parts, objects or shapes make no model.
@@ -60,7 +62,7 @@ pub enum LwStatus {
 }
 
 /// All codes with their words.
-const WORDS: [(LwStatus, &CStr); 24] = [
+const WORDS: [(LwStatus, &CStr); 25] = [
     (LwStatus::Ok, c"done"),
     (LwStatus::Null, c"a pointer is NULL"),
     (LwStatus::Misaligned, c"a pointer is not aligned to its type"),
@@ -81,6 +83,10 @@ const WORDS: [(LwStatus, &CStr); 24] = [
     (LwStatus::EmptyHand, c"the hand does not hold this object"),
     (LwStatus::HandFull, c"the hand holds this object already"),
     (LwStatus::LoopOpen, c"the second hand is not where its grasp says"),
+    (
+        LwStatus::DoesNotClose,
+        c"what two hands hold, a loop or a coupling does not close, or would be opened",
+    ),
     (LwStatus::Singular, c"equations have no solution"),
     (LwStatus::Model, c"files, parts, objects or shapes make no model"),
     (LwStatus::Busy, c"another thread is in a call with this handle"),
@@ -162,6 +168,9 @@ impl Fault {
                 RobotError::EmptyHand { .. } => LwStatus::EmptyHand,
                 RobotError::HandFull { .. } => LwStatus::HandFull,
                 RobotError::LoopOpen { .. } => LwStatus::LoopOpen,
+                RobotError::DoesNotClose { .. } | RobotError::OpensClosure { .. } => {
+                    LwStatus::DoesNotClose
+                }
                 RobotError::Singular { .. } => LwStatus::Singular,
                 RobotError::Shape(e) => match e {
                     ShapeFault::Kind { .. } => LwStatus::Foreign,

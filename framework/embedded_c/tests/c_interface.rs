@@ -48,6 +48,7 @@ fn the_header_is_what_cbindgen_makes() {
         "task",
         "control",
         "reach",
+        "together",
         "hold",
         "dual",
         "mass",

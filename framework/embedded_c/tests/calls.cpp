@@ -127,6 +127,42 @@ static void tips(Case &c) {
   CHECK(far.manipulable == 1 && far.centred == 0 && far.length == 1 && far.starts == 3);
 }
 
+static void together(Case &c) {
+  WholeReach search(c.robot, 2);
+  LwPose at = c.robot.tip_pose(c.left);
+  at.position[0] -= 0.02;
+  const std::array goals{tip_goal(c.left, pose_goal(at)), tip_goal(c.right, position_goal({0.1, -0.3, 0.05}), c.left)};
+  CHECK(goals[0].part == c.left && goals[0].seen_from == LW_NO_PART && goals[1].seen_from == c.left);
+  LwEffort effort = default_effort();
+  effort.restarts = 2;
+  Numbers x = c.q, y = c.q, left(4), more(4);
+  LwAnswer answer;
+  DO(lw_whole_reach_solve(c.r, search.get(), goals.data(), 2, &effort, x.data(), 13, left.data(), 4, &answer));
+  CHECK(of(answer) == of(search.solve(c.robot, goals, y, &effort, more)) && same(x, y) && same(left, more));
+  effort.kinematics = 1;
+  y = c.q;
+  search.solve(c.robot, goals, y, &effort);
+  CHECK(of(answer) == of(search.go_on(c.robot, 1u << 30, y)) && same(x, y));
+  std::size_t steps = 0;
+  DO(lw_whole_reach_worst_case_steps(c.r, search.get(), goals.data(), 2, &effort, &steps));
+  CHECK(steps == search.worst_case_steps(c.robot, goals, &effort) && steps >= answer.kinematics);
+  DO(lw_effort_worst_case_steps(&effort, &goals[0].goal, &steps));
+  CHECK(steps == worst_case_steps(goals[0].goal, &effort) && steps > 1);
+  refused(LW_STATUS_OUT_OF_RANGE, [] { worst_case_steps(LwGoal{{}, {1, 1}, 4096, {}, {}, {}, 0}); });
+  const LwPrefer prefer{1, 0, 1, 2, 50};
+  LwBest best;
+  x = y = c.q;
+  DO(lw_whole_reach_best(c.r, search.get(), goals.data(), 2, &prefer, nullptr, x.data(), 13, &best));
+  CHECK(of(best) == of(search.best(c.robot, goals, prefer, y)) && same(x, y));
+  // What is kept stays.
+  search.keep(c.robot, c.right);
+  y = c.q;
+  search.solve(c.robot, std::span(goals).first(1), y);
+  for (int i = 7; i < 13; ++i) CHECK(y[i] == c.q[i]);
+  search.release(c.robot, c.right);
+  refused(LW_STATUS_NO_SEARCH, [&] { search.go_on(c.robot, 1, y); });
+}
+
 static void spaces(Case &c) {
   const std::array<std::uint32_t, 2> parts{c.right, c.left};
   TaskSpace space(c.robot, parts);
@@ -402,7 +438,8 @@ int main(int argc, char **argv) {
   try {
     Case c(argv[1]);
     tips(c);
-    spaces(c);
+    together(c);
+  spaces(c);
     hands(c);
     motions(c);
     shapes(c);

@@ -115,7 +115,7 @@ impl Constrained {
 
 impl Mechanism {
     /// Positions, rates and accelerations of prescribed subhinges of loops.
-    fn motions(&self, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<LoopMotion>> {
+    pub fn motions(&self, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<LoopMotion>> {
         let n = self.core.mbs.motions();
         let Some(given) = given else {
             return match n {

@@ -121,7 +121,30 @@ impl Target {
     }
 }
 
+/// {frame: at}, or a list of `Target`.
+pub fn targets_of(given: &Bound<'_, PyAny>) -> PyResult<Vec<Target>> {
+    let mut all = Vec::new();
+    if let Ok(map) = given.cast::<PyDict>() {
+        for (frame, at) in pairs(map) {
+            all.push(Target::of(frame.extract()?, &at)?);
+        }
+        return Ok(all);
+    }
+    for target in given.try_iter()? {
+        let target = target?;
+        let Target { frame, relative_to, goal } = target.cast::<Target>()?.get();
+        let (frame, relative_to, goal) = (frame.clone(), relative_to.clone(), *goal);
+        all.push(Target { frame, relative_to, goal });
+    }
+    Ok(all)
+}
+
 impl Target {
+    /// The frame, from where it is seen (None: the world), what is asked.
+    pub fn parts(&self) -> (&str, Option<&str>, Goal) {
+        (&self.frame, self.relative_to.as_deref(), self.goal)
+    }
+
     /// What is told by its shape alone.
     fn of(frame: String, at: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (position, orientation) = place(at, &format!("target of \"{frame}\""))?;
@@ -232,7 +255,9 @@ fn keep(ik: &mut InverseKinematics, core: &Core, bodies: &[String]) -> PyResult<
 /// The Rust error; the nearest configuration is its attribute `q`.
 fn unreached(py: Python<'_>, e: InverseKinematicsError) -> PyErr {
     let error = refuse(&e);
-    if let InverseKinematicsError::Unreachable { nearest, .. } = e {
+    if let InverseKinematicsError::Unreachable { nearest, .. }
+    | InverseKinematicsError::Open { nearest, .. } = e
+    {
         let q = out1(py, nearest.q);
         // An attribute less is no reason to hide the error.
         let _ = error.value(py).setattr("q", q);
@@ -243,16 +268,20 @@ fn unreached(py: Python<'_>, e: InverseKinematicsError) -> PyErr {
 #[pymethods]
 impl Mechanism {
     /// A configuration (nq,) in which every target is met within the tolerances (m, rad), from the
-    /// start q (nq,) on: the solution that the start leads to. Limits are kept; prescribed
-    /// coordinates, and the hinges of the bodies in `keep`, stay.
+    /// start q (nq,) on: the solution that the start leads to. Limits are kept, and the mechanism's own
+    /// loops and couplings are closed, with prescribed motions across loops where loop_motions (m, 3) has them
+    /// (`constraint_errors`); prescribed coordinates, and the hinges of the bodies in `keep`, stay. Without
+    /// targets it closes what is open.
     ///
     /// targets: {frame: at} with `at` as in Target, or a list of Target.
-    /// Raises LinkworkError when no start led there; its attribute `q` is then the nearest.
+    /// Raises LinkworkError when no start led there; its attribute `q` is then the nearest with all closed,
+    /// or, where a loop or coupling cannot close, that in which they are least open.
     ///
     /// >>> x = arm.inverse_kinematics(q, {"tip": [0.5, 0, -1.2]})
     /// >>> arm.state(x).position("tip").round(8).tolist()
     /// [0.5, -0.0, -1.2]
-    #[pyo3(signature = (q, targets, *, keep=None, position_tolerance=1e-9, orientation_tolerance=1e-9, iterations=100, restarts=64))]
+    #[pyo3(signature = (q, targets, *, keep=None, position_tolerance=1e-9, orientation_tolerance=1e-9, iterations=100, restarts=64, loop_motions=None))]
+    #[allow(clippy::too_many_arguments)]
     fn inverse_kinematics<'py>(
         &self,
         py: Python<'py>,
@@ -263,19 +292,12 @@ impl Mechanism {
         orientation_tolerance: f64,
         iterations: usize,
         restarts: usize,
+        loop_motions: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Array1<'py>> {
         let core = &*self.core;
         let mut q = vector(q, core.nq(), "q")?.slice().to_vec();
-        let mut list = Vec::new();
-        if let Ok(map) = targets.cast::<PyDict>() {
-            for (frame, at) in pairs(map) {
-                list.push(Target::of(frame.extract()?, &at)?.resolve(core)?);
-            }
-        } else {
-            for target in targets.try_iter()? {
-                list.push(target?.cast::<Target>()?.get().resolve(core)?);
-            }
-        }
+        let list: Vec<dynamics::Target> =
+            targets_of(targets)?.iter().map(|t| t.resolve(core)).collect::<PyResult<_>>()?;
         for (what, x) in [("position", position_tolerance), ("orientation", orientation_tolerance)]
         {
             if !(x.is_finite() && x > 0.0) {
@@ -284,6 +306,9 @@ impl Mechanism {
             }
         }
         let mut ik = core.inverse_kinematics();
+        let motions = self.motions(loop_motions)?;
+        let positions: Vec<f64> = motions.iter().map(|m| m.position).collect();
+        ik.set_loop_motions(&core.tree, &positions);
         self::keep(&mut ik, core, &keep.unwrap_or_default())?;
         ik.effort = dynamics::inverse_kinematics::Effort {
             position_tolerance,
@@ -302,16 +327,22 @@ impl Mechanism {
                     let e = ik.unreachable(&core.tree, &list, &q, found.iterations);
                     return Err(unreached(py, e));
                 }
+                Progress::Open(found) => {
+                    let e = ik.unclosed(&core.tree, &list, &q, found.iterations);
+                    return Err(unreached(py, e));
+                }
             }
         }
     }
 
     /// Rates v (nv,) at q (nq,) for which the frames move as nearly as asked as they can, the least
-    /// such rates, within rate limits, not outward at a limit. Prescribed coordinates, and the
-    /// hinges of the bodies in `keep`, have the rate of v (nv,), zero when left out. Rates in rad/s and m/s.
+/// such rates, within rate limits, not outward at a limit, with the mechanism's own loops and
+    /// couplings closed and prescribed motions across loops at rest. Prescribed coordinates, and the hinges of the bodies in `keep`, have the rate of
+    /// v (nv,), zero when left out. Rates in rad/s and m/s.
     ///
     /// targets: {frame: (6,)} velocities [ω; v] in the world, or a list of RateTarget.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Raises LinkworkError for a name that is not there, for another shape, for NaN, and where what
+    /// is kept or prescribed opens a loop.
     ///
     /// >>> rates = arm.inverse_kinematics_rates(q, {"tip": [0, 0, 0, 0.1, 0, 0]})
     /// >>> rates.shape

@@ -8,8 +8,8 @@ use crate::inverse_kinematics::{Parts, place};
 use crate::mechanism::{Mechanism, choice};
 use crate::values::pairs;
 use linkwork_embedded::{
-    ClosedForm, Effort, Frame, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner, Prefer,
-    Rows, Search, Way, formats,
+    ClosedForm, Closures, Effort, Frame, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner,
+    Prefer, Rows, Search, Way, formats,
 };
 use linkwork_multibody::BodyId;
 use linkwork_runtime::remedy;
@@ -23,6 +23,7 @@ mod force;
 mod hold;
 mod motion;
 mod search;
+mod together;
 pub use control::{WholeBodyForces, support_margin, support_polygon};
 pub use hold::Grip;
 pub use motion::Trajectory;
@@ -43,8 +44,9 @@ type Given<'a, 'py> = &'a Bound<'py, PyAny>;
 /// collider on a body of one names it. Gravity is the mechanism's at this moment. colliders, ignore, collide, neighbours: as `Collisions` (an empty list: nothing touches).
 ///
 /// Lengths in m, angles in rad, world axes, angular part first. `q` (nq,) is the robot's own configuration, neutral at first; each instance has its own, and
-/// the same calls give the same bits. Raises LinkworkError, with all mistakes at once, for names and shapes that cannot be, and for a mechanism with
-/// loops, couplings or flexible bodies.
+/// the same calls give the same bits. Loops and couplings of the mechanism: `inverse_kinematics_together` keeps them closed; masses and forces are those of the tree, as if every
+/// coordinate had a motor; what would open them is refused: searches, rates and ways of a chain that takes part in them, control, timed ways. Raises LinkworkError, with all mistakes
+/// at once, for names and shapes that cannot be, for a mechanism with flexible bodies, and for loops whose motion is prescribed.
 ///
 /// >>> import numpy as np, linkwork
 /// >>> parts = linkwork.Builder()
@@ -114,6 +116,13 @@ fn above_zero(what: &str, x: f64) -> PyResult<f64> {
     Err(refuse_with(format!("`{what}` is {x}"), "give a number above zero"))
 }
 
+fn count_of(what: &str, count: usize) -> PyResult<()> {
+    if (1..=10_000).contains(&count) {
+        return Ok(());
+    }
+    Err(refuse_with(format!("`{what}` is {count}"), "give a number from 1 to 10000"))
+}
+
 #[pymethods]
 impl Robot {
     #[new]
@@ -133,6 +142,7 @@ impl Robot {
         let (colliders, rules) = chosen(mechanism, colliders, ignore, collide, neighbours)?;
         let mut spec = ModelSpec {
             mechanism: linkwork_multibody::Builder::from(&core.mbs),
+            closures: Closures::Kept,
             colliders,
             rules,
             ..ModelSpec::default()
@@ -368,12 +378,8 @@ impl Robot {
         let part = own.part(name)?;
         let (position, orientation) = place(at, "at")?;
         let goal = Goal { position, orientation, ..Goal::NOTHING };
-        for (what, count) in [("starts", starts), ("improve", improve)] {
-            if !(1..=10_000).contains(&count) {
-                let fact = format!("`{what}` is {count}");
-                return Err(refuse_with(fact, "give a number from 1 to 10000"));
-            }
-        }
+        count_of("starts", starts)?;
+        count_of("improve", improve)?;
         let prefer = Prefer { centred, manipulable, length, starts, steps: improve };
         let mut q = own.q_or_own(q)?;
         let mut robot = lock(&own.robot).clone();

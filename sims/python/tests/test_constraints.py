@@ -189,6 +189,46 @@ def test_prescribed_motion_across_a_loop():
         linkage.simulate(q, [0.0, 0.0, 0.0], 1e-3, 1)
 
 
+def test_inverse_kinematics_keeps_loops_and_couplings(tmp_path):
+    parts = lw.Builder()
+    bar(parts, "crank", "world", A, 1.0)
+    bar(parts, "coupler", "crank", B, 2.0, (A, 0, 0))
+    bar(parts, "rocker", "world", C, 1.5, (D, 0, 0))
+    parts.loop("knee", "coupler", "rocker", PIN, at_a=[B, 0, 0], at_b=[C, 0, 0])
+    linkage = parts.node("point", "coupler", [0.5 * B, 0, 0.2]).build()
+    for crank in (-0.4, -1.0, -1.7):
+        there = linkage.close([crank, 0.5, -1.9])
+        at = linkage.state(there).position("point")
+        q = linkage.inverse_kinematics([-1.2, 0.4, -1.8], {"point": at})
+        assert np.abs(linkage.state(q).position("point") - at).max() < 2e-9
+        assert linkage.constraint_errors(q)["knee"] < 2e-9
+        v = linkage.inverse_kinematics_rates(q, {"point": [0, 0, 0, 0.3, 0, 0.1]})
+        assert np.abs(v).max() > 0.05 and linkage.constraint_errors(q + 1e-5 * v)["knee"] < 1e-8
+    with pytest.raises(lw.LinkworkError, match="not reached") as e:
+        linkage.inverse_kinematics([-1.2, 0.4, -1.8], {"point": [9, 0, 0]})
+    assert linkage.constraint_errors(e.value.q)["knee"] < 2e-9
+    with pytest.raises(lw.LinkworkError, match="loop `knee` does not close") as e:
+        linkage.inverse_kinematics([-1.2, 0.4, 0.0], {}, keep=["rocker", "crank"])
+    assert linkage.constraint_errors(e.value.q)["knee"] > 1e-3
+    given = four_bar(PIN.prescribed())
+    q, _ = closed(four_bar())
+    angle = -(q[0] + q[1] - q[2])
+    with pytest.raises(lw.LinkworkError, match=r"give loop_motions \(1, 3\)"):
+        given.inverse_kinematics(q, {})
+    motions = min(([[s * angle, 0, 0]] for s in (1, -1)), key=lambda u: given.constraint_errors(q, loop_motions=u)["knee"])
+    found = given.inverse_kinematics(q + [0.05, -0.02, 0.01], {}, loop_motions=motions)
+    assert given.constraint_errors(found, loop_motions=motions)["knee"] < 2e-9
+    # A coupling.
+    chain = lw.Builder()
+    bar(chain, "a", "world", 0.5, 1.0)
+    bar(chain, "b", "a", 0.5, 1.0, (0.5, 0, 0))
+    chain.coupling("half", {"a": 0.5, "b": -1.0})
+    m = chain.node("tip", "b", [0.5, 0, 0]).build()
+    want = np.array([0.8, 0.4])
+    q = m.inverse_kinematics([0.1, 0.5], {"tip": m.state(want).position("tip")})
+    assert np.abs(q - want).max() < 1e-7 and abs(0.5 * q[0] - q[1]) < 2e-9
+
+
 def test_bad_input():
     linkage = four_bar()
     q, v = closed(linkage)

@@ -226,6 +226,7 @@ def test_a_forked_process_goes_on():
 LONG = {
     "inverse kinematics": "m.inverse_kinematics(q, {'tip': [9, 0, 0]}, iterations=10**9, restarts=10**9)",
     "Robot.inverse_kinematics": "robot.inverse_kinematics('arm', [9, 0, 0], q=q, steps=10**9, restarts=10**9)",
+    "Robot.inverse_kinematics_together": "robot.inverse_kinematics_together({'arm': [9, 0, 0]}, q=q, steps=10**9, restarts=10**9)",
     "search": "robot.begin_inverse_kinematics('arm', [9, 0, 0], q=q, steps=10**9, restarts=10**9).advance(10**12)",
     "plan": "robot.plan('arm', [2.5, 0, 0], [0.2, 0, 0], step=0.02, room=1_000_000)",
     "path": "robot.path([0.2, 0, 0], [1.0, 0, 0], 1e-9)",

@@ -74,6 +74,7 @@ def robots():
         "Robot.jacobian": lambda: r.jacobian("arm"),
         "Robot.manipulability": lambda: r.manipulability("arm", rows="linear"),
         "Robot.inverse_kinematics": lambda: r.inverse_kinematics("arm", goal, q=Q),
+        "Robot.inverse_kinematics_together": lambda: r.inverse_kinematics_together({"arm": goal}, q=Q),
         "Robot.inverse_kinematics that is refused": lambda: refused(lambda: r.inverse_kinematics("arm", [np.nan, 0, 0], q=Q)),
         "Robot.grasp": hold,
         "Robot.grasp of an object with joints": open_and_close,

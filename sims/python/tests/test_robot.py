@@ -228,6 +228,115 @@ def test_two_hands_share_a_load_and_leave_no_trace():
     assert robot.parts["left_gripper"] == ["left_finger_a", "left_finger_b"] and robot.objects == ["beam"]
 
 
+def tips(robot, q):
+    other = robot.copy()
+    other.q = q
+    return [other.tip_pose(s) for s in ("left", "right")]
+
+
+def test_two_tips_at_once_in_the_world_and_as_one_sees_the_other():
+    _, m, robot = dual()
+    rng = np.random.default_rng(7)
+    low, high = np.array([[-2.6], [2.6]]) * np.ones(m.nq)
+    for _ in range(6):
+        left, right = tips(robot, rng.uniform(low, high) * 0.9)
+        robot.q = np.clip(rng.uniform(low, high), -1, 1)
+        between = np.linalg.inv(left) @ right
+        for goals in ({"left": left, "right": right}, [lw.Target("left", left), lw.Target("right", between, relative_to="left")]):
+            search = robot.begin_inverse_kinematics_together(goals)
+            assert search.residuals is None
+            while not search.advance(7):
+                pass
+            q = robot.inverse_kinematics_together(goals)
+            assert search.outcome == "met" and (search.q == q).all() and len(search.residuals) == 2
+            assert search.kinematics <= robot.worst_case_steps(together=True)
+            for X, Y in zip(tips(robot, q), (left, right), strict=True):
+                assert np.abs(X - Y).max() < 1e-8
+    # Seen from its own base, with the other arm kept.
+    start = robot.q
+    near = tips(robot, start)[0][:3, 3] * 0.95
+    q = robot.inverse_kinematics_together({"left": near}, keep=["right"])
+    assert (q[robot.dofs("right")] == start[robot.dofs("right")]).all() and np.abs(tips(robot, q)[0][:3, 3] - near).max() < 2e-9
+    alone = robot.inverse_kinematics("left", [0.3, 0.2, 0.4], in_base=True)
+    both = robot.inverse_kinematics_together({"left": [0.3, 0.2, 0.4]}, in_base=["left"])
+    assert np.abs(tips(robot, alone)[0][:3, 3] - tips(robot, both)[0][:3, 3]).max() < 4e-9
+    with pytest.raises(lw.LinkworkError, match="the tips of `left`, `right` come no nearer") as e:
+        robot.inverse_kinematics_together({"left": [5, 0, 0], "right": right}, restarts=2)
+    assert e.value.q.shape == (m.nq,) and e.value.residual[0] > 3
+    liked, cost = robot.inverse_kinematics_together_best({"left": near}, starts=3)
+    assert np.abs(tips(robot, liked)[0][:3, 3] - near).max() < 2e-9 and cost < 1
+    for wrong, words in [
+        ({"targets": {"leg": near}}, "no part `leg`"),
+        ({"targets": {"left": [1, 2]}}, "shape"),
+        ({"targets": [lw.Target("left", near, relative_to="left")]}, "seen from itself"),
+        ({"targets": [lw.Target("left", near, relative_to="right")], "in_base": ["left"]}, "from its base and from a tip"),
+        ({"keep": ["leg"]}, "no part `leg`"),
+        ({"q": np.full(m.nq, 9.0)}, "limits"),
+        ({"orientation_tolerance": 0.0}, "above zero"),
+    ]:
+        with pytest.raises(lw.LinkworkError, match=words):
+            robot.inverse_kinematics_together(**{"targets": {"left": near}, **wrong})
+
+
+def test_what_two_hands_hold_stays_held_while_it_is_moved():
+    data, m, robot = dual()
+    q = np.zeros(m.nq)
+    for joint, x in zip(data["dof"], data["cases"][0]["q"], strict=True):
+        q[m.joints[joint]] = x
+    robot.q = q
+    for side in ("left", "right"):
+        robot.grasp(side, "beam", inverse(data["beam"][f"{side}_tip_in_beam"]))
+    left, right = tips(robot, q)
+    between = np.linalg.inv(left) @ right
+    for shift, met in [([0, 0.02, 0.05], True), ([0.02, -0.03, 0.01], True), ([4, 0, 0], False)]:
+        goal = left.copy()
+        goal[:3, 3] += shift
+        if met:
+            there = robot.inverse_kinematics_together({"left": goal})
+        else:
+            with pytest.raises(lw.LinkworkError, match="the tip of `left` comes no nearer") as e:
+                robot.inverse_kinematics_together({"left": goal}, restarts=4)
+            there = e.value.q
+        X, Y = tips(robot, there)
+        assert np.abs(np.linalg.inv(X) @ Y - between).max() < 1e-8
+        assert (np.abs(X - goal).max() < 1e-8) == met
+    # Nothing but one wrist may move, and the hands are apart.
+    off = q.copy()
+    off[robot.dofs("left")[0]] += 0.1
+    search = robot.begin_inverse_kinematics_together({}, q=off, keep=["left", "right"])
+    assert search.advance(10**6) and search.outcome == "open"
+    with pytest.raises(lw.LinkworkError, match="the grasp of object 0 by two hands does not close") as e:
+        search.solution()
+    assert e.value.residual == search.residual and search.residual[0] > 0.01 and (e.value.q == search.q).all()
+    X, Y = tips(robot, search.q)
+    seen = np.linalg.inv(X) @ Y
+    assert np.linalg.norm(seen[:3, 3] - between[:3, 3]) == pytest.approx(search.residual[0], abs=1e-9)
+    assert robot.worst_case_steps(together=True, restarts=0) > robot.worst_case_steps(restarts=0) > 0
+    with pytest.raises(lw.LinkworkError, match="above zero"):
+        robot.worst_case_steps(weight=0.0)
+
+
+def test_a_robot_keeps_what_is_coupled():
+    parts, parent = lw.Builder(), "world"
+    for k, axis in enumerate(([0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 1, 0])):
+        hinge = lw.Hinge.pin(axis).limits(-2, 2)
+        parts = parts.body(f"b{k}", parent, hinge, mass=1, com=[0.1, 0, 0], inertia=np.eye(3) / 50, hinge_in_parent=[0.4 * (k > 1), 0, 0])
+        parent = f"b{k}"
+    m = parts.coupling("level", {"b2": 1.0, "b3": 1.0}, 0.2).build()
+    robot = lw.Robot(m, chains={"arm": ("world", "b3"), "turn": ("world", "b0")}, colliders=[])
+    at = [0.35, 0.2, 0.3]
+    q = robot.inverse_kinematics_together({"arm": at}, q=[0.1, 0.2, 0.4, -0.2])
+    robot.q = q
+    assert np.abs(robot.tip_pose("arm")[:3, 3] - at).max() < 2e-9 and abs(q[2] + q[3] - 0.2) < 2e-9
+    with pytest.raises(lw.LinkworkError, match="no nearer") as e:
+        robot.inverse_kinematics_together({"arm": [3, 0, 0]})
+    assert abs(e.value.q[2] + e.value.q[3] - 0.2) < 2e-9
+    for refused in (lambda: robot.inverse_kinematics("arm", at), lambda: robot.plan("arm", q, q), lambda: robot.tip_rates("arm", np.zeros(6))):
+        with pytest.raises(lw.LinkworkError, match="knows nothing of coupling 0"):
+            refused()
+    assert robot.inverse_kinematics("turn", axis=[1, 0, 0], along=[1, 1, 0])[0] == pytest.approx(np.pi / 4)
+
+
 def inverse(x):
     """The pose (4, 4) that undoes x y z qx qy qz qw."""
     R = matrix_of(x[3:])

@@ -41,6 +41,7 @@ assert (rows, len(t), qs.shape, pose.shape) == (1, 11, (11, 1), (4, 4))
 assert np.allclose(force, 2.0 * arm.mass_matrix(q) @ v) and np.allclose(vdot, arm.forward_dynamics(q, v, tau))
 assert held.shape == tau.shape
 robot = linkwork.Robot(arm, chains={"arm": ("world", "link")}, colliders=[])
+both: NDArray[np.float64] = robot.inverse_kinematics_together({"arm": [0.0, 0.0, 0.0]}, q=q)
 search: linkwork.InverseKinematicsSearch = robot.begin_inverse_kinematics("arm", [0.0, 0.0, 0.0], q=q)
 ended: bool = search.advance(100)
 assert ended and search.outcome == "met"

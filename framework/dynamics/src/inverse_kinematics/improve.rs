@@ -45,7 +45,7 @@ impl InverseKinematics {
     ) -> Improved {
         super::check_state(self, tree, q);
         crate::kinematics::check(scale.len(), tree.nv(), "scale");
-        self.room(self.rows, self.targets.len(), tree.nv());
+        self.room_again();
         self.disturbed = true;
         let mut slope = std::mem::take(&mut self.slope);
         let mut cost = objective(q, &mut slope);

@@ -23,14 +23,19 @@
 //! Rates: least squares of J v against the velocities asked for, of least norm (iterated Tikhonov), within
 //! the rate limits, and not outward at a limit.
 //!
+//! The mechanism's own loops and couplings, and others that are given, are rows beside those of targets; where not all can be met they come first
+//! (`search.rs`), so that *nearest* is a configuration of the mechanism. Bodies bend as their modes in q say; modes stay.
+//!
 //! A minimum that is not zero may be a local one: *unreachable* says that no start led there.
 
+mod closure;
 mod improve;
 mod rates;
 mod search;
 mod solve;
 mod target;
 
+pub use closure::Closure;
 pub use improve::Improved;
 pub use search::Progress;
 pub use target::{
@@ -38,9 +43,8 @@ pub use target::{
     Target, Towards,
 };
 
-use crate::jacobian::node_jacobian;
 use crate::kinematics::check;
-use crate::tree::Tree;
+use crate::tree::{OnLink, Tree};
 use crate::work::Workspace;
 use linkwork_multibody::{Coordinate, Limits, NodeId, SubhingeKind};
 use linkwork_spatial::{Mat3, Vec3, quat};
@@ -83,6 +87,20 @@ pub struct InverseKinematics {
     /// A whole turn lies between the limits: it never ends at one.
     turns: Vec<bool>,
     targets: Vec<Target>,
+    /// The mechanism's loops and couplings.
+    own: closure::Own,
+    /// What is asked: targets, the mechanism's loops, closures that were given. After their rows come those of couplings.
+    asked: Vec<closure::Asked>,
+    /// How far each closure is from closed, and what 1 m and 1 rad of it count.
+    closed: Vec<Residual>,
+    closing: f64,
+    /// The same of rates.
+    rate_weight: f64,
+    /// What multipliers add to the errors of closures, when they do.
+    shift: Vec<f64>,
+    multiplied: bool,
+    /// Targets do not count.
+    alone: bool,
     rows: usize,
     /// Of improvements: J D⁻¹ Jᵀ, gradients of the objective, a configuration.
     small: Vec<f64>,
@@ -142,6 +160,14 @@ impl InverseKinematics {
             residuals: Vec::new(),
             turns,
             targets: Vec::new(),
+            own: closure::Own::new(tree),
+            asked: Vec::new(),
+            closed: Vec::new(),
+            closing: 1.0,
+            rate_weight: 1.0,
+            shift: Vec::new(),
+            multiplied: false,
+            alone: false,
             rows: 0,
             small: Vec::new(),
             slope: vec![0.0; nv],
@@ -161,7 +187,7 @@ impl InverseKinematics {
         self.moves[places].fill(false);
     }
 
-    /// Lets coordinates (places in β) move from now on, prescribed ones too.
+    /// Lets coordinates (places in β) move from now on, prescribed ones too; with modes of flexible bodies among them, searches refuse to begin.
     #[track_caller]
     pub fn release(&mut self, places: Range<usize>) {
         self.moves[places].fill(true);
@@ -181,58 +207,39 @@ impl InverseKinematics {
         })
     }
 
-    /// Memory for so many targets: with no more of them no call allocates. A clone has to reserve for itself.
+    /// Memory for so many targets and given closures together: with no more of them no call allocates. A clone has to reserve for itself.
     pub fn reserve(&mut self, targets: usize) {
         let nv = self.moves.len();
         self.free.reserve(nv);
-        self.room(6 * targets, targets, nv);
+        self.room(6 * targets + self.own.rows, targets, targets + self.own.loops.len(), nv);
+        self.shift.resize(self.e.len(), 0.0);
+        self.closed.reserve(targets + self.own.rows);
         self.targets.reserve(targets);
+        self.asked.reserve(targets + self.own.loops.len());
+        // A search that was begun goes on.
+        self.shift.resize(self.rows, 0.0);
+        self.room_again();
     }
 
-    /// Room for so many rows; allocates only when there were never so many.
-    fn room(&mut self, rows: usize, targets: usize, nv: usize) {
+    /// Room for so many rows of so many frames; allocates only when there were never so many.
+    fn room(&mut self, rows: usize, targets: usize, frames: usize, nv: usize) {
         self.e.resize(rows, 0.0);
         self.bent.resize(rows, 0.0);
         self.J.resize(rows * nv, 0.0);
-        self.J_node.resize(6 * nv * targets.max(1), 0.0);
+        self.J_node.resize(6 * nv * frames.max(1), 0.0);
         self.small.resize(rows * rows, 0.0);
         self.x.resize(rows.max(nv), 0.0);
         self.residuals.resize(targets, Residual::default());
     }
 
-    /// Rows of J for the relative velocity of a node seen from another: angular ones first, each six
-    /// × nv in `J_node` from `at` on, axes of that other. `d` is p₁ − p in world axes.
-    fn relative_jacobian(
-        &mut self,
-        tree: &Tree,
-        node: NodeId,
-        base: Option<NodeId>,
-        R: &Mat3,
-        d: &Vec3,
-        at: usize,
-    ) {
-        let nv = tree.nv();
-        let J_node = &mut self.J_node[at..at + 6 * nv];
-        node_jacobian(tree, &self.ws, node, J_node);
-        let Some(base) = base else { return };
-        node_jacobian(tree, &self.ws, base, &mut self.J_base);
-        for i in 0..nv {
-            let read = |J: &[f64], row: usize| {
-                Vec3::new(J[row * nv + i], J[(row + 1) * nv + i], J[(row + 2) * nv + i])
-            };
-            let (w0, v0) = (read(&self.J_base, 0), read(&self.J_base, 3));
-            let w = R.tr_mul(&(read(J_node, 0) - w0));
-            let v = R.tr_mul(&(read(J_node, 3) - v0 - w0.cross(d)));
-            for k in 0..3 {
-                J_node[k * nv + i] = w[k];
-                J_node[(k + 3) * nv + i] = v[k];
-            }
-        }
+    /// Room for the search again after rates.
+    fn room_again(&mut self) {
+        self.room(self.rows, self.targets.len(), self.asked.len(), self.moves.len());
     }
 
     /// Rotation and origin of a frame in the world.
-    fn frame(&self, tree: &Tree, node: Option<NodeId>) -> (Mat3, Vec3) {
-        node.map_or((Mat3::identity(), Vec3::zeros()), |n| self.ws.node_frame(tree, n))
+    fn frame(&self, at: Option<&OnLink>) -> (Mat3, Vec3) {
+        at.map_or((Mat3::identity(), Vec3::zeros()), |at| self.ws.frame(at))
     }
 
     /// JᵀJ of the free coordinates, its lower triangle.

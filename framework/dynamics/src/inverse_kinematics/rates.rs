@@ -4,9 +4,12 @@
 //! ```text
 //! v ← v + (JᵀJ + δ 1)⁻¹ Jᵀ (b − J v)            iterated Tikhonov: tends to the least of all minimisers
 //! ```
+//! The mechanism's own loops and couplings come first: their rows are shifted by multipliers until nothing of them is left.
+//!
 //! On the way there the first coordinate that meets a limit is held, and so on; then the held one that
 //! pulls inward most is let go (active set, from one feasible point to a better one).
 
+use super::closure::WEIGHT;
 use super::{
     InverseKinematics, InverseKinematicsError, RateTarget, Residual, check_nodes, check_state,
 };
@@ -16,17 +19,23 @@ use linkwork_spatial::Vec3;
 
 /// After k rounds a direction of relative gain s² misses the part (δ / (δ + s²))ᵏ.
 const ROUNDS: usize = 6;
+/// Rounds of multipliers of closures, at most; and the rates of closures that are none, of the largest asked for.
+const CLOSING_ROUNDS: usize = 20;
+const CLOSED: f64 = 1e-14;
+/// Part of the greatest rate at which a closure opens.
+const OPENS: f64 = 1e-7;
 const DAMPING: f64 = 1e-8;
 
 impl InverseKinematics {
     /// Rates `v` (nv) at `q` for which the nodes move as nearly as asked as they can, the least such
     /// rates; directions in which the nodes hardly move (singular values below 1e-4 of the largest) stay
     /// damped. Kept and prescribed coordinates keep the rate that `v` brings; others stay within their
-    /// rate limits, and at a limit do not move outward. Returns what is missing, for each target
+    /// rate limits, and at a limit do not move outward. Loops and couplings of the mechanism stay as they are, prescribed subhinges of loops at rest. Returns what is missing, for each target
     /// (m/s, rad/s). O(nv² (rows + nv)) for each coordinate that meets a limit.
     ///
     /// # Errors
-    /// [`InverseKinematicsError::BadNumber`]; `v` is then left alone.
+    /// [`InverseKinematicsError::BadNumber`]; `v` is then left alone. [`InverseKinematicsError::Opens`] where a closure of the mechanism cannot stay closed with
+    /// what is kept or prescribed, or limits; `v` is then the nearest.
     #[track_caller]
     pub fn rates(
         &mut self,
@@ -39,11 +48,14 @@ impl InverseKinematics {
         check(v.len(), tree.nv(), "v");
         check_nodes(tree, targets.iter().flat_map(|t| [Some(t.node), t.relative_to]).flatten());
         check_numbers(tree, targets, q, v)?;
-        let (nv, rows) = (tree.nv(), 6 * targets.len());
-        self.room(rows, targets.len(), nv);
+        let (nv, asked) = (tree.nv(), 6 * targets.len());
+        let rows = asked + self.own.rows;
+        self.room(rows, targets.len(), 1, nv);
+        self.bent.fill(0.0);
         self.disturbed = true;
         poses(tree, &mut self.ws, q);
         self.rate_rows(tree, targets);
+        self.closure_rows(tree, targets, asked);
         for i in 0..nv {
             self.held[i] = !self.moves[i];
             if self.moves[i] {
@@ -60,16 +72,43 @@ impl InverseKinematics {
             }
         }
         self.missing(targets, v);
+        self.check_closures(tree, asked, v)?;
         Ok(&self.residuals)
+    }
+
+    /// Refuses rates that open a closure.
+    fn check_closures(
+        &self,
+        tree: &Tree,
+        first: usize,
+        v: &[f64],
+    ) -> Result<(), InverseKinematicsError> {
+        let (nv, mut row, loops) = (v.len(), first, &self.own.loops);
+        let size = v.iter().fold(1.0_f64, |m, v| m.max(v.abs()));
+        for (k, c) in tree.multibody().constraints().enumerate() {
+            let rows = loops.get(k).map_or(1, super::closure::Asked::rows);
+            let of = |r: usize| -> f64 {
+                self.J[r * nv..(r + 1) * nv].iter().zip(v).map(|(J, v)| J * v).sum()
+            };
+            let most = (row..row + rows).fold(0.0_f64, |m, r| m.max(of(r).abs()));
+            let rate = most / self.rate_weight;
+            if !(rate <= OPENS * size) {
+                let closure = super::closure::name(tree, c);
+                return Err(InverseKinematicsError::Opens { closure, rate });
+            }
+            row += rows;
+        }
+        Ok(())
     }
 
     /// Weighted rows of J: angular, then linear, for each target.
     fn rate_rows(&mut self, tree: &Tree, targets: &[RateTarget]) {
         let nv = tree.nv();
         for (target, t) in targets.iter().enumerate() {
-            let (R, p) = self.frame(tree, t.relative_to);
-            let d = self.frame(tree, Some(t.node)).1 - p;
-            self.relative_jacobian(tree, t.node, t.relative_to, &R, &d, 0);
+            let (end, from) = (tree.node(t.node), t.relative_to.map(|n| tree.node(n)));
+            let (R, p) = self.frame(from);
+            let d = self.frame(Some(end)).1 - p;
+            self.relative_jacobian(tree, (end, from), &R, &d, 0);
             for k in 0..6 {
                 let weight = if k < 3 { t.angular_weight } else { t.linear_weight };
                 let row = (6 * target + k) * nv;
@@ -80,8 +119,38 @@ impl InverseKinematics {
         }
     }
 
-    /// e = b − J v, weighted.
+    /// Rows of the mechanism's closures, from `row` on: more than any target counts.
+    fn closure_rows(&mut self, tree: &Tree, targets: &[RateTarget], mut row: usize) {
+        let weights = targets.iter().flat_map(|t| [t.linear_weight, t.angular_weight]);
+        let most = weights.fold(0.0, f64::max);
+        let weight = WEIGHT * if most > 0.0 { most } else { 1.0 };
+        self.rate_weight = weight;
+        let loops = std::mem::take(&mut self.own.loops);
+        let first = row;
+        for l in &loops {
+            self.rows_of(tree, l, row, 0);
+            row += l.rows();
+        }
+        self.own.loops = loops;
+        let nv = tree.nv();
+        self.J[first * nv..row * nv].iter_mut().for_each(|x| *x *= weight);
+        self.coupling_rows(tree, row, weight);
+    }
+
+    /// Shifts the closures' rows by what is missing of them; whether anything was.
+    fn shift_closures(&mut self, first: usize, size: f64) -> bool {
+        let left = self.e[first..].iter().zip(&self.bent[first..]);
+        let left = left.fold(0.0_f64, |m, (e, shift)| m.max((e - shift).abs()));
+        self.bent[first..].copy_from_slice(&self.e[first..]);
+        left > CLOSED * size
+    }
+
+    /// e = b − J v, weighted; of closures with multipliers.
     fn missing(&mut self, targets: &[RateTarget], v: &[f64]) {
+        for row in 6 * targets.len()..self.e.len() {
+            let J = &self.J[row * v.len()..(row + 1) * v.len()];
+            self.e[row] = self.bent[row] - J.iter().zip(v).map(|(J, v)| J * v).sum::<f64>();
+        }
         let nv = v.len();
         for (target, t) in targets.iter().enumerate() {
             let mut parts = [Vec3::zeros(); 2];
@@ -112,18 +181,26 @@ impl InverseKinematics {
             v[*i] = 0.0;
             largest = largest.max((0..rows).map(|r| self.J[r * nv + i].powi(2)).sum());
         }
-        for _ in 0..ROUNDS {
+        // Nothing moves the nodes: rates stay zero.
+        if !(largest > 0.0) {
+            return;
+        }
+        let closures = 6 * targets.len();
+        for _ in 0..if rows > closures { CLOSING_ROUNDS } else { 1 } {
+            for _ in 0..ROUNDS {
+                self.missing(targets, v);
+                self.gradient_of(rows, nv);
+                self.squares(rows, nv);
+                if !self.damped_step(DAMPING * largest) {
+                    return;
+                }
+                v.iter_mut().zip(&self.step).for_each(|(v, h)| *v += h);
+            }
             self.missing(targets, v);
-            self.gradient_of(rows, nv);
-            // Nothing moves the nodes: rates stay zero.
-            if !(largest > 0.0) {
-                return;
+            let size = v.iter().fold(0.0_f64, |m, v| m.max(v.abs())) * largest.sqrt();
+            if rows > closures && !self.shift_closures(closures, size) {
+                break;
             }
-            self.squares(rows, nv);
-            if !self.damped_step(DAMPING * largest) {
-                return;
-            }
-            v.iter_mut().zip(&self.step).for_each(|(v, h)| *v += h);
         }
     }
 

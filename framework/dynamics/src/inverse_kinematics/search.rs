@@ -7,8 +7,20 @@
 //! ```
 //! A start is left when its steps hardly gain: most of the minima that are not zero are told by that, and
 //! another start costs less than to follow them.
+//!
+//! Closures are rows beside those of targets. Where not all can be met, closures come first: the least error of targets with d = 0 of closures
+//! is sought from the best of all by multipliers, then by closures alone, whose step is the least that closes them.
+//! ```text
+//! minimise ½ |e|² + ½ |w d + s|²,   then s ← s + w d       until d is small       (method of multipliers: Hestenes, Powell 1969)
+//! the last ─ not closed ─ round ─ round ─ … ─ closures alone ─ closed: nearest
+//!                                                 └ open ─ closures alone from every start ─ closed: rounds once more ─ nearest
+//!                                                                                         └ none: open, the least open of all
+//! ```
 
-use super::{Found, InverseKinematics, InverseKinematicsError, Place, Target};
+use super::closure::{Asked, WEIGHT};
+use super::{
+    Effort, Found, Goal, InverseKinematics, InverseKinematicsError, Place, Residual, Target,
+};
 use super::{check_nodes, check_state};
 use crate::tree::Tree;
 use linkwork_multibody::Limits;
@@ -18,14 +30,22 @@ use std::f64::consts::PI;
 const SLOW: f64 = 0.25;
 /// So many slow steps one after another end a start.
 const SLOW_STEPS: usize = 2;
+/// So many steps refused one after another end a start: damping has grown by 2^300 then.
+const REFUSALS: usize = 24;
+/// Rounds of multipliers, at most.
+const ROUNDS: usize = 40;
+/// Rounds end when closures are as near to closed, m or rad: what is left is closed alone, and moves the nearest configuration by as little.
+const NEAR: f64 = 1e-7;
 
 /// How far a search has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// All targets are met.
     Met(Found),
-    /// No start led there: this is the nearest of all.
+    /// No start led there: this is the nearest of all, with all closures closed.
     Nearest(Found),
+    /// The closures cannot be closed from any start: here they are least open.
+    Open(Found),
     /// Not yet decided.
     Unfinished(Found),
 }
@@ -36,8 +56,16 @@ enum Stage {
     Step,
     /// From the best of all starts to the end of its way.
     Last,
+    /// The same with multipliers of closures.
+    Round,
+    /// Closures alone, from there.
+    Close,
+    /// Closures alone, from a start.
+    CloseStart,
+    CloseStep,
     Met,
     Nearest,
+    Open,
 }
 
 /// Where a search stands.
@@ -51,6 +79,11 @@ pub(super) struct Search {
     /// Steps from this start, and slow ones one after another.
     steps: usize,
     slow: usize,
+    /// Steps refused one after another.
+    refused: usize,
+    /// Rounds of multipliers, and whether they are the second ones.
+    rounds: usize,
+    again: bool,
     factor: f64,
     growth: f64,
     cost: f64,
@@ -68,6 +101,9 @@ impl Search {
         kinematics: 0,
         steps: 0,
         slow: 0,
+        refused: 0,
+        rounds: 0,
+        again: false,
         factor: 1.0,
         growth: 2.0,
         cost: f64::INFINITY,
@@ -84,6 +120,46 @@ impl Search {
     }
 }
 
+impl Effort {
+    /// Evaluations of the kinematics after which a search for these goals has ended at the latest, whatever the mechanism, the start and the goals'
+    /// numbers: what a caller in real time counts on. Most searches take a hundredth of it. `closures`: there are some, of the mechanism or given.
+    ///
+    /// The way from one start has n steps at the most. The k-th refusal in a row raises the damping c by k bits, and a step that is taken lowers it by no more
+    /// than log₂ 10; c begins at 10⁻² and the way ends where c ≥ 10¹⁸ (1 + 1/F). Since what is not met has F ≥ ½ (w tolerance)², r refusals in all:
+    /// ```text
+    /// Σ r_i (r_i + 1)/2 ≤ n log₂ 10 + log₂(10²⁰ (1 + 1/F)) + 24,      r (r + 1)/2 ≥ 3 r − 3,      r_i ≤ 24
+    /// ```
+    #[must_use]
+    pub fn worst_case_steps<'a>(
+        &self,
+        goals: impl IntoIterator<Item = &'a Goal>,
+        closures: bool,
+    ) -> usize {
+        let mut least = f64::INFINITY;
+        for g in goals {
+            if g.position.is_some() {
+                least = least.min(g.weights[0] * self.position_tolerance);
+            }
+            if g.turns() {
+                least = least.min(g.weights[1] * self.orientation_tolerance);
+            }
+        }
+        let finest = self.position_tolerance.min(self.orientation_tolerance);
+        let least = if least.is_finite() { least } else { WEIGHT * finest };
+        let n = self.iterations as f64;
+        let bits = n * 10.0_f64.log2() + (1e20 * (1.0 + 2.0 / (least * least))).log2() + 24.0;
+        // What is too large for a number is too large for a bound.
+        let refused = (bits / 3.0 + n + 1.0).ceil() as usize;
+        let most = REFUSALS.saturating_mul(self.iterations.saturating_add(1));
+        let way = |refused: usize| self.iterations.saturating_add(1).saturating_add(refused);
+        let starts = self.restarts.saturating_add(1);
+        let plain = way(refused.min(most)).saturating_mul(starts.saturating_add(1));
+        // Rounds and ways of closures alone may have any cost.
+        let more = starts.saturating_add(2 * ROUNDS + 2).saturating_mul(way(most));
+        plain.saturating_add(if closures { more } else { 0 })
+    }
+}
+
 impl InverseKinematics {
     /// Prepares a search from `q` (nq) for [`advance`](Self::advance), which does all the work. Allocates for
     /// errors, and for more targets than ever before ([`reserve`](Self::reserve)).
@@ -97,15 +173,45 @@ impl InverseKinematics {
         targets: &[Target],
         q: &[f64],
     ) -> Result<(), InverseKinematicsError> {
+        self.begin_closed(tree, targets, &[], q)
+    }
+
+    /// As [`begin`](Self::begin), with more that is to be closed beside the mechanism's loops and couplings: where targets and closures cannot all be
+    /// met, closures are, and the targets as nearly as that allows. Their weights do not count. [`reserve`](Self::reserve) counts them as targets.
+    ///
+    /// # Errors
+    /// [`InverseKinematicsError::BadNumber`] and [`InverseKinematicsError::Empty`].
+    #[track_caller]
+    pub fn begin_closed(
+        &mut self,
+        tree: &Tree,
+        targets: &[Target],
+        closures: &[Target],
+        q: &[f64],
+    ) -> Result<(), InverseKinematicsError> {
         check_state(self, tree, q);
-        check_nodes(tree, targets.iter().flat_map(|t| [Some(t.node), t.relative_to]).flatten());
-        super::solve::check_targets(tree, targets)?;
+        let all = || targets.iter().chain(closures);
+        check_nodes(tree, all().flat_map(|t| [Some(t.node), t.relative_to]).flatten());
+        super::solve::check_targets(tree, targets, "target")?;
+        super::solve::check_targets(tree, closures, "closure")?;
         super::solve::check_start(q)?;
-        let rows = targets.iter().map(|t| t.goal.rows()).sum();
-        self.room(rows, targets.len(), tree.nv());
+        self.check_modes(tree)?;
         self.targets.clear();
         self.targets.extend_from_slice(targets);
-        self.rows = rows;
+        self.asked.clear();
+        self.asked.extend(targets.iter().map(|t| Asked::of(tree, t)));
+        self.asked.extend(self.own.loops.iter().cloned());
+        self.asked.extend(closures.iter().map(|t| Asked::of(tree, t)));
+        self.closed.clear();
+        let count = closures.len() + self.own.count(tree);
+        self.closed.resize(count, Residual::default());
+        self.weigh_closures();
+        let couplings = tree.multibody().couplings().len();
+        self.rows = self.asked.iter().map(Asked::rows).sum::<usize>() + couplings;
+        self.room_again();
+        self.shift.clear();
+        self.shift.resize(self.rows, 0.0);
+        (self.multiplied, self.alone) = (false, false);
         self.start.copy_from_slice(q);
         self.best.copy_from_slice(q);
         self.search = Search { stage: Stage::Start, ..Search::NONE };
@@ -114,8 +220,19 @@ impl InverseKinematics {
             t.relative_to.is_none() && t.goal.pointing.is_none() && t.goal.place == Place::Point
         };
         let mut moves = self.moves.iter().zip(&self.place);
-        self.bends = targets.iter().all(known) && moves.all(|(moves, at)| !moves || at.is_some());
+        self.bends = self.closed.is_empty()
+            && targets.iter().all(known)
+            && moves.all(|(moves, at)| !moves || at.is_some());
         Ok(())
+    }
+
+    /// No mode moves.
+    fn check_modes(&self, tree: &Tree) -> Result<(), InverseKinematicsError> {
+        let mut bodies = tree.multibody().bodies().iter();
+        match bodies.find(|b| self.moves[b.modes_v()].contains(&true)) {
+            Some(b) => Err(InverseKinematicsError::Flexible { body: b.name().to_owned() }),
+            None => Ok(()),
+        }
     }
 
     /// Begins at another start of the same ones: 0 is the given one. After [`begin`](Self::begin).
@@ -140,13 +257,18 @@ impl InverseKinematics {
                     q.copy_from_slice(&self.best);
                     return Progress::Nearest(self.search.found());
                 }
+                Stage::Open => {
+                    q.copy_from_slice(&self.best);
+                    return Progress::Open(self.search.found());
+                }
                 _ if self.search.kinematics >= until => {
                     let nearer = self.search.cost < self.search.least;
                     q.copy_from_slice(if nearer { &self.now } else { &self.best });
                     return Progress::Unfinished(self.search.found());
                 }
-                Stage::Start => self.begin_start(tree),
-                Stage::Step | Stage::Last => self.step(tree),
+                Stage::Start => self.begin_start(tree, Stage::Step),
+                Stage::CloseStart => self.begin_start(tree, Stage::CloseStep),
+                _ => self.step(tree),
             }
         }
     }
@@ -154,20 +276,18 @@ impl InverseKinematics {
     /// Brings the memory back to `now` after rates have used it.
     fn settle(&mut self, tree: &Tree) {
         if std::mem::take(&mut self.disturbed) {
-            self.room(self.rows, self.targets.len(), tree.nv());
-            let now = std::mem::take(&mut self.now);
-            self.evaluate(tree, &now);
-            self.now = now;
+            self.room_again();
+            self.look_at_now(tree);
             self.search.linear = false;
         }
     }
 
-    fn begin_start(&mut self, tree: &Tree) {
+    fn begin_start(&mut self, tree: &Tree, stage: Stage) {
         self.now.copy_from_slice(&self.start);
         if self.search.restart > 0 {
             self.elsewhere(tree, self.search.restart);
         }
-        self.go_from_now(tree, Stage::Step);
+        self.go_from_now(tree, stage);
     }
 
     /// Begins to step from `now`.
@@ -176,15 +296,27 @@ impl InverseKinematics {
         self.clamp(&mut now);
         let cost = self.evaluate(tree, &now);
         self.now = now;
-        let met = self.is_met();
         let s = &mut self.search;
-        (s.steps, s.slow, s.factor, s.growth) = (0, 0, 1e-2, 2.0);
-        (s.cost, s.linear) = (cost, false);
+        (s.steps, s.slow, s.refused, s.factor, s.growth) = (0, 0, 0, 1e-2, 2.0);
+        (s.cost, s.linear, s.stage) = (cost, false, stage);
         s.kinematics += 1;
-        s.stage = if met { Stage::Met } else { stage };
-        if met {
-            s.best_restart = if stage == Stage::Last { s.best_restart } else { s.restart };
+        self.end_if_met(tree);
+    }
+
+    /// Ends the search where all is met, or a way of closures alone where they are; whether it did.
+    fn end_if_met(&mut self, tree: &Tree) -> bool {
+        let met = if self.alone { self.is_closed() } else { self.is_met() };
+        if met && self.alone {
+            self.end_start(tree);
+        } else if met {
+            let s = &mut self.search;
+            if s.stage == Stage::Step {
+                s.best_restart = s.restart;
+            }
+            s.stage = Stage::Met;
+            self.multiplied = false;
         }
+        met
     }
 
     /// One evaluation at most.
@@ -207,7 +339,7 @@ impl InverseKinematics {
             self.search.linear = true;
         }
         let (cost, factor) = (self.search.cost, self.search.factor);
-        if !(factor * cost < 1e18 * (1.0 + cost)) {
+        if !(factor * cost < 1e18 * (1.0 + cost)) || self.search.refused >= REFUSALS {
             // No step, however short, gains anything: the end of the way.
             return self.end_start(tree);
         }
@@ -231,47 +363,128 @@ impl InverseKinematics {
         if !(next < cost) {
             self.search.factor *= self.search.growth;
             self.search.growth *= 2.0;
+            self.search.refused += 1;
             return;
         }
         std::mem::swap(&mut self.now, &mut self.tried);
-        let met = self.is_met();
         let s = &mut self.search;
         let gain = (cost - next) / promised;
         s.factor = f64::max(factor * f64::max(0.1, 1.0 - (2.0 * gain - 1.0).powi(3)), 1e-12);
-        (s.growth, s.cost, s.linear) = (2.0, next, false);
+        (s.growth, s.cost, s.linear, s.refused) = (2.0, next, false, 0);
         s.iterations += 1;
         s.steps += 1;
         s.slow = if cost - next < SLOW * cost { s.slow + 1 } else { 0 };
-        if met {
-            if s.stage == Stage::Step {
-                s.best_restart = s.restart;
-            }
-            s.stage = Stage::Met;
-        } else if s.slow >= SLOW_STEPS && s.stage == Stage::Step {
+        let slow = s.slow >= SLOW_STEPS && s.stage == Stage::Step;
+        if !self.end_if_met(tree) && slow {
             self.end_start(tree);
         }
     }
 
-    /// Keeps the best; goes elsewhere, or to the end of the best way.
+    /// The end of a way: keeps the best; goes elsewhere, or to the end of the best way, or closes what is open.
     fn end_start(&mut self, tree: &Tree) {
+        if !matches!(self.search.stage, Stage::Step | Stage::Last) {
+            // The last step may have been refused.
+            self.look_at_now(tree);
+        }
+        match self.search.stage {
+            Stage::Step => {
+                self.keep_better();
+                let s = &mut self.search;
+                if s.restart < self.effort.restarts {
+                    (s.restart, s.stage) = (s.restart + 1, Stage::Start);
+                } else {
+                    s.restart = s.best_restart;
+                    self.now.copy_from_slice(&self.best);
+                    self.go_from_now(tree, Stage::Last);
+                }
+            }
+            Stage::Last => {
+                self.keep_better();
+                self.now.copy_from_slice(&self.best);
+                self.look_at_now(tree);
+                if self.is_closed() {
+                    self.search.stage = Stage::Nearest;
+                } else {
+                    // What is sought from here on is another least.
+                    self.search.least = f64::NEG_INFINITY;
+                    self.multiply(tree);
+                }
+            }
+            Stage::Round if !self.is_closed() => {
+                self.search.rounds += 1;
+                let near = |r: &Residual| r.position <= NEAR && r.orientation <= NEAR;
+                let done = self.search.rounds >= ROUNDS || self.closed.iter().all(near);
+                if done { self.close(tree) } else { self.multiply(tree) }
+            }
+            Stage::Round => self.end(tree, Stage::Nearest),
+            Stage::Close if self.is_closed() => self.end(tree, Stage::Nearest),
+            Stage::Close if self.search.again => self.end(tree, Stage::Open),
+            Stage::Close => {
+                self.search.least = f64::INFINITY;
+                self.keep_better();
+                let s = &mut self.search;
+                (s.restart, s.stage, s.again) = (0, Stage::CloseStart, true);
+            }
+            Stage::CloseStep if self.is_closed() => {
+                let s = &mut self.search;
+                (s.best_restart, s.rounds, s.least) = (s.restart, 0, f64::NEG_INFINITY);
+                self.best.copy_from_slice(&self.now);
+                self.alone = false;
+                self.shift.fill(0.0);
+                self.go_from_now(tree, Stage::Round);
+            }
+            Stage::CloseStep => {
+                self.keep_better();
+                let s = &mut self.search;
+                if s.restart < self.effort.restarts {
+                    (s.restart, s.stage) = (s.restart + 1, Stage::CloseStart);
+                } else {
+                    self.now.copy_from_slice(&self.best);
+                    self.end(tree, Stage::Open);
+                }
+            }
+            Stage::Start | Stage::CloseStart | Stage::Met | Stage::Nearest | Stage::Open => {}
+        }
+    }
+
+    /// Keeps `now` where it is the best so far.
+    fn keep_better(&mut self) {
         let s = &mut self.search;
-        if s.cost < s.least || s.least.is_infinite() {
+        if s.cost < s.least || s.least == f64::INFINITY {
             (s.least, s.best_restart) = (s.cost, s.restart);
             self.best.copy_from_slice(&self.now);
         }
         s.cost = f64::INFINITY;
-        if s.stage == Stage::Last {
-            s.stage = Stage::Nearest;
-            let best = std::mem::take(&mut self.best);
-            self.evaluate(tree, &best);
-            self.best = best;
-        } else if s.restart < self.effort.restarts {
-            (s.restart, s.stage) = (s.restart + 1, Stage::Start);
-        } else {
-            s.restart = s.best_restart;
-            self.now.copy_from_slice(&self.best);
-            self.go_from_now(tree, Stage::Last);
-        }
+    }
+
+    /// Errors and residuals of `now`.
+    fn look_at_now(&mut self, tree: &Tree) {
+        let now = std::mem::take(&mut self.now);
+        self.evaluate(tree, &now);
+        self.now = now;
+    }
+
+    /// Another round: multipliers of the closures' errors at `now`, where they were evaluated.
+    fn multiply(&mut self, tree: &Tree) {
+        let first: usize = self.asked[..self.targets.len()].iter().map(Asked::rows).sum();
+        // The errors have what multipliers were before.
+        self.shift[first..].copy_from_slice(&self.e[first..self.rows]);
+        self.multiplied = true;
+        self.go_from_now(tree, Stage::Round);
+    }
+
+    /// Closures alone, from `now`.
+    fn close(&mut self, tree: &Tree) {
+        (self.alone, self.multiplied) = (true, false);
+        self.go_from_now(tree, Stage::Close);
+    }
+
+    /// The end, at `now`.
+    fn end(&mut self, tree: &Tree, stage: Stage) {
+        (self.alone, self.multiplied) = (false, false);
+        self.best.copy_from_slice(&self.now);
+        self.look_at_now(tree);
+        self.search.stage = stage;
     }
 
     /// Another start: anywhere within limits, or half a turn, or π m, at most from the given one.

@@ -1,8 +1,9 @@
 //! A solve from beginning to end; errors, Jacobians and limits at a configuration.
 
+use super::closure::Asked;
 use super::{
-    Found, InverseKinematics, InverseKinematicsError, Nearest, Place, Progress, Residual, Target,
-    Towards, log,
+    Closure, Found, InverseKinematics, InverseKinematicsError, Nearest, Place, Progress, Residual,
+    Target, Towards, log,
 };
 use crate::kinematics::poses;
 use crate::tree::Tree;
@@ -16,7 +17,8 @@ impl InverseKinematics {
     /// and for errors. Cost of a step: O(nv² (rows + nv)).
     ///
     /// # Errors
-    /// [`InverseKinematicsError::Unreachable`] with the nearest configuration; `q` is it, too.
+    /// [`InverseKinematicsError::Unreachable`] with the nearest configuration, [`InverseKinematicsError::Open`] with that in which loops and couplings of
+    /// the mechanism are least open; `q` is it, too.
     /// [`InverseKinematicsError::BadNumber`] and [`InverseKinematicsError::Empty`] leave `q` alone.
     #[track_caller]
     pub fn solve(
@@ -29,6 +31,7 @@ impl InverseKinematics {
         match self.advance(tree, usize::MAX, q) {
             Progress::Met(found) => Ok(found),
             Progress::Nearest(found) => Err(self.unreachable(tree, targets, q, found.iterations)),
+            Progress::Open(found) => Err(self.unclosed(tree, targets, q, found.iterations)),
             Progress::Unfinished(_) => unreachable!("no end was set"),
         }
     }
@@ -36,11 +39,12 @@ impl InverseKinematics {
     /// Errors and residuals at q; returns ½ eᵀe.
     pub(super) fn evaluate(&mut self, tree: &Tree, q: &[f64]) -> f64 {
         poses(tree, &mut self.ws, q);
-        let mut row = 0;
-        for i in 0..self.targets.len() {
-            let (t, asked) = (self.targets[i], self.targets[i].goal);
-            let (R, p) = self.frame(tree, t.relative_to);
-            let (R1, p1) = self.frame(tree, Some(t.node));
+        let (mut row, targets) = (0, self.targets.len());
+        let all = std::mem::take(&mut self.asked);
+        for (i, a) in all.iter().enumerate() {
+            let (asked, first) = (&a.goal, row);
+            let (R, p) = self.frame(a.from.as_ref());
+            let (R1, p1) = self.frame(Some(&a.end));
             let mut residual = Residual::default();
             if let Some(goal) = asked.position {
                 let d = asked.place.part(goal - R.tr_mul(&(p1 - p)));
@@ -62,7 +66,24 @@ impl InverseKinematics {
                 self.e[row..row + 3].copy_from_slice((e * asked.weights[1]).as_slice());
                 row += 3;
             }
-            self.residuals[i] = residual;
+            if let Some(more) = &a.more {
+                let (R, p) = (R.tr_mul(&R1), R.tr_mul(&(p1 - p)));
+                self.e[row] = asked.weights[0] * Self::more_error(more, &R, &p, &mut residual);
+                row += 1;
+            }
+            if i < targets {
+                self.residuals[i] = residual;
+                if self.alone {
+                    self.e[first..row].fill(0.0);
+                }
+            } else {
+                self.closed[i - targets] = residual;
+            }
+        }
+        self.asked = all;
+        row = self.coupling_errors(tree, q, row);
+        if self.multiplied {
+            self.e.iter_mut().zip(&self.shift).for_each(|(e, s)| *e += s);
         }
         0.5 * self.e[..row].iter().map(|e| e * e).sum::<f64>()
     }
@@ -70,43 +91,60 @@ impl InverseKinematics {
     /// J at the configuration of the last `evaluate` that was accepted.
     pub(super) fn linearise(&mut self, tree: &Tree) {
         let (nv, mut row) = (tree.nv(), 0);
-        for i in 0..self.targets.len() {
-            let (t, asked) = (self.targets[i], self.targets[i].goal);
-            let (R, p) = self.frame(tree, t.relative_to);
-            let d = self.frame(tree, Some(t.node)).1 - p;
-            let J_node = 6 * nv * i;
-            self.relative_jacobian(tree, t.node, t.relative_to, &R, &d, J_node);
-            let parts = [
-                (asked.position.is_some(), 3, asked.weights[0]),
-                (asked.orientation.is_some(), 0, asked.weights[1]),
-            ];
-            let whole = asked.place == Place::Point;
-            for (_, from, weight) in parts.into_iter().filter(|p| p.0) {
-                for k in 0..3 {
-                    for i in 0..nv {
-                        self.J[(row + k) * nv + i] =
-                            weight * self.J_node[J_node + (from + k) * nv + i];
-                    }
-                }
-                if from == 3 && !whole {
-                    self.keep_part(nv, row, |d| asked.place.part(d));
-                }
-                row += 3;
+        let all = std::mem::take(&mut self.asked);
+        for (i, a) in all.iter().enumerate() {
+            if self.alone && i < self.targets.len() {
+                self.J[row * nv..(row + a.rows()) * nv].fill(0.0);
+            } else {
+                self.rows_of(tree, a, row, 6 * nv * i);
             }
-            if let Some(pointing) = asked.pointing {
-                let R1 = self.frame(tree, Some(t.node)).0;
-                let axis = R.tr_mul(&(R1 * pointing.axis));
-                let (_, turn, shift) = pointing.missing(axis, R.tr_mul(&d));
+            row += a.rows();
+        }
+        self.asked = all;
+        self.coupling_rows(tree, row, self.closing);
+    }
+
+    /// Rows of J of one frame, from `row` on; its Jacobian goes to `J_node` from `J_node` on.
+    pub(super) fn rows_of(&mut self, tree: &Tree, a: &Asked, mut row: usize, J_node: usize) {
+        let (nv, asked) = (tree.nv(), &a.goal);
+        let (R, p) = self.frame(a.from.as_ref());
+        let (R1, p1) = self.frame(Some(&a.end));
+        let d = p1 - p;
+        self.relative_jacobian(tree, (&a.end, a.from.as_ref()), &R, &d, J_node);
+        let parts = [
+            (asked.position.is_some(), 3, asked.weights[0]),
+            (asked.orientation.is_some(), 0, asked.weights[1]),
+        ];
+        let whole = asked.place == Place::Point;
+        for (_, from, weight) in parts.into_iter().filter(|p| p.0) {
+            for k in 0..3 {
                 for i in 0..nv {
-                    let part = |from: usize| {
-                        Vec3::from_fn(|k, _| self.J_node[J_node + (from + k) * nv + i])
-                    };
-                    let moved = (turn * part(0) + shift * part(3)) * asked.weights[1];
-                    for k in 0..3 {
-                        self.J[(row + k) * nv + i] = moved[k];
-                    }
+                    self.J[(row + k) * nv + i] = weight * self.J_node[J_node + (from + k) * nv + i];
                 }
-                row += 3;
+            }
+            if from == 3 && !whole {
+                self.keep_part(nv, row, |d| asked.place.part(d));
+            }
+            row += 3;
+        }
+        let J_node = &self.J_node[J_node..J_node + 6 * nv];
+        let part = |from: usize, i: usize| Vec3::from_fn(|k, _| J_node[(from + k) * nv + i]);
+        if let Some(pointing) = asked.pointing {
+            let axis = R.tr_mul(&(R1 * pointing.axis));
+            let (_, turn, shift) = pointing.missing(axis, R.tr_mul(&d));
+            for i in 0..nv {
+                let moved = (turn * part(0, i) + shift * part(3, i)) * asked.weights[1];
+                for k in 0..3 {
+                    self.J[(row + k) * nv + i] = moved[k];
+                }
+            }
+            row += 3;
+        }
+        if let Some(more) = &a.more {
+            let (turn, shift) = Self::more_factors(more, &R.tr_mul(&R1));
+            for i in 0..nv {
+                let moved = turn.dot(&part(0, i)) + shift.dot(&part(3, i));
+                self.J[row * nv + i] = asked.weights[0] * moved;
             }
         }
     }
@@ -122,8 +160,17 @@ impl InverseKinematics {
     }
 
     pub(super) fn is_met(&self) -> bool {
+        self.residuals.iter().all(|r| self.within(r)) && self.is_closed()
+    }
+
+    /// Whether all closures are.
+    pub(super) fn is_closed(&self) -> bool {
+        self.closed.iter().all(|r| self.within(r))
+    }
+
+    fn within(&self, r: &Residual) -> bool {
         let (p, o) = (self.effort.position_tolerance, self.effort.orientation_tolerance);
-        self.residuals.iter().all(|r| r.position <= p && r.orientation <= o)
+        r.position <= p && r.orientation <= o
     }
 
     /// Coordinates that may move and are not pushed against a limit.
@@ -183,6 +230,29 @@ impl InverseKinematics {
         q: &[f64],
         iterations: usize,
     ) -> InverseKinematicsError {
+        let nearest = self.nearest(tree, targets, q);
+        InverseKinematicsError::Unreachable { iterations, nearest }
+    }
+
+    /// What [`solve`](Self::solve) says where closures stay open: after a search that ended with [`Progress::Open`] at `q`.
+    #[must_use]
+    pub fn unclosed(
+        &self,
+        tree: &Tree,
+        targets: &[Target],
+        q: &[f64],
+        iterations: usize,
+    ) -> InverseKinematicsError {
+        let (closure, residual) = match self.open() {
+            Some((Closure::Constraint(c), r)) => (super::closure::name(tree, c), r),
+            Some((Closure::Given(i), r)) => (format!("closure {i}"), r),
+            None => (String::new(), Residual::default()),
+        };
+        let nearest = self.nearest(tree, targets, q);
+        InverseKinematicsError::Open { iterations, closure, residual, nearest }
+    }
+
+    fn nearest(&self, tree: &Tree, targets: &[Target], q: &[f64]) -> Box<Nearest> {
         let mbs = tree.multibody();
         let mut text = String::new();
         for (t, r) in targets.iter().zip(&self.residuals) {
@@ -202,8 +272,7 @@ impl InverseKinematics {
             let _ = write!(text, "\n  body `{body}`, coordinate {i}, is at its limit");
         }
         let (q, residuals) = (q.to_vec(), self.residuals.clone());
-        let nearest = Box::new(Nearest { q, residuals, at_limit, text });
-        InverseKinematicsError::Unreachable { iterations, nearest }
+        Box::new(Nearest { q, residuals, at_limit, text })
     }
 }
 
@@ -218,30 +287,34 @@ pub(super) fn check_start(q: &[f64]) -> Result<(), InverseKinematicsError> {
     }
 }
 
-pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), InverseKinematicsError> {
+pub(super) fn check_targets(
+    tree: &Tree,
+    targets: &[Target],
+    what: &'static str,
+) -> Result<(), InverseKinematicsError> {
     for (target, t) in targets.iter().enumerate() {
         let asked = &t.goal;
         if asked.rows() == 0 {
             let fact = "neither position nor orientation nor pointing";
             let help = "give at least one, or leave the target out";
-            return Err(InverseKinematicsError::Empty { target, fact, help });
+            return Err(InverseKinematicsError::Empty { what, target, fact, help });
         }
         if asked.orientation.is_some() && asked.pointing.is_some() {
             let fact = "both an orientation and a pointing axis";
             let help = "give one of them: an orientation says where every axis points";
-            return Err(InverseKinematicsError::Empty { target, fact, help });
+            return Err(InverseKinematicsError::Empty { what, target, fact, help });
         }
         if t.relative_to == Some(t.node) {
             let fact = "a node relative to itself";
             let help = "name another node, or the world";
-            return Err(InverseKinematicsError::Empty { target, fact, help });
+            return Err(InverseKinematicsError::Empty { what, target, fact, help });
         }
         let name = tree.multibody().get_node(t.node).name();
         let R = asked.orientation.map(|R| R.to_rotation_matrix().into_inner());
         let numbers = asked.position.iter().flat_map(|p| p.iter().copied());
         let turns = R.iter().flat_map(|R: &Mat3| R.iter().copied());
         if let Some(value) = numbers.chain(turns).find(|x| !x.is_finite()) {
-            let place = format!("target {target} (node `{name}`)");
+            let place = format!("{what} {target} (node `{name}`)");
             let help = "give finite numbers";
             return Err(InverseKinematicsError::BadNumber { place, value, help });
         }
@@ -256,7 +329,7 @@ pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), Inver
         });
         let directions = pointing.flatten().chain(directions);
         if let Some((value, _)) = directions.map(unit).find(|u| !u.1) {
-            let place = format!("the length of a direction of target {target} (node `{name}`)");
+            let place = format!("the length of a direction of {what} {target} (node `{name}`)");
             let help = "give directions of length 1";
             return Err(InverseKinematicsError::BadNumber { place, value, help });
         }
@@ -268,14 +341,14 @@ pub(super) fn check_targets(tree: &Tree, targets: &[Target]) -> Result<(), Inver
             let bad = point.iter().copied().find(|x| !x.is_finite());
             let angle = !(0.0..=std::f64::consts::PI).contains(&p.within);
             if let Some(value) = bad.or(angle.then_some(p.within)) {
-                let place = format!("where target {target} (node `{name}`) points");
+                let place = format!("where {what} {target} (node `{name}`) points");
                 let help = "give a finite point, and a cone from 0 to π";
                 return Err(InverseKinematicsError::BadNumber { place, value, help });
             }
         }
         for value in asked.weights {
             if !(value > 0.0 && value.is_finite()) {
-                let place = format!("a weight of target {target} (node `{name}`)");
+                let place = format!("a weight of {what} {target} (node `{name}`)");
                 let help = "weights are positive; leave out what does not count";
                 return Err(InverseKinematicsError::BadNumber { place, value, help });
             }

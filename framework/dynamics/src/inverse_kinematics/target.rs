@@ -346,6 +346,41 @@ pub enum InverseKinematicsError {
         /// The nearest configuration.
         nearest: Box<Nearest>,
     },
+    /// The closures cannot be closed, whatever becomes of the targets.
+    #[error(
+        "{closure} does not close in {iterations} steps: {:.3e} m and {:.3e} rad are left\n  help: check lengths, frames and limits of \
+         what it closes, free kept coordinates, or start nearer to a closed configuration",
+        residual.position, residual.orientation
+    )]
+    Open {
+        /// Steps from all starts.
+        iterations: usize,
+        /// The one that is farthest from closed, as ``loop `NAME` ``.
+        closure: String,
+        /// How far that is.
+        residual: Residual,
+        /// Where closures are least open.
+        nearest: Box<Nearest>,
+    },
+    /// Rates that stay as given, or limits of others, open a closure.
+    #[error(
+        "{closure} opens at {rate:.3e} rad/s or m/s\n  help: give rates that fit it to what is kept or prescribed, or let more of it move"
+    )]
+    Opens {
+        /// The closure, as ``loop `NAME` ``.
+        closure: String,
+        /// Its greatest rate.
+        rate: f64,
+    },
+    /// Modes that are to move: what bends a body is its forces, which no search knows.
+    #[error(
+        "the modes of body `{body}` are to move\n  help: keep them (`InverseKinematics::keep`), and bend the body by dynamics or \
+         by what its loads are known to be"
+    )]
+    Flexible {
+        /// The body.
+        body: String,
+    },
     /// A NaN, an infinity, or a weight that is negative or nothing.
     #[error("{place} is {value}\n  help: {help}")]
     BadNumber {
@@ -357,8 +392,10 @@ pub enum InverseKinematicsError {
         help: &'static str,
     },
     /// A target that says nothing.
-    #[error("target {target}: {fact}\n  help: {help}")]
+    #[error("{what} {target}: {fact}\n  help: {help}")]
     Empty {
+        /// `target` or `closure`.
+        what: &'static str,
         /// Which, from 0.
         target: usize,
         /// Why.

@@ -175,7 +175,7 @@ impl Robot {
     /// `least` (part of the way, 0 … 1) are not cut again. What hands hold goes with them.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1, and for an
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OpensClosure`], [`RobotError::OutOfRange`] for `least` outside 1e-9 … 1, and for an
     /// end of the way beyond a slider's limits: how far it carries what turns follows from them.
     pub fn path_free(&mut self, qa: &[f64], qb: &[f64], least: f64) -> Result<Path, RobotError> {
         let mut progress = PathProgress::default();
@@ -201,6 +201,7 @@ impl Robot {
     ) -> Result<Option<Path>, RobotError> {
         numbers("qa", qa, self.q.len())?;
         numbers("qb", qb, self.q.len())?;
+        self.model.opens_between(qa, qb)?;
         if !(1e-9..=1.0).contains(&least) {
             let help = "give a part of the way from 1e-9 to 1";
             return Err(RobotError::OutOfRange { what: "least", value: least, help });

@@ -33,7 +33,7 @@ impl Robot {
     ///
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`] for a step or a density that is negative,
-    /// [`RobotError::ForeignHandle`] for the memory of another model, [`RobotError::Singular`] where a joint has nothing to move.
+    /// [`RobotError::ForeignHandle`] for the memory of another model, [`RobotError::Singular`] where a joint has nothing to move, [`RobotError::OpensClosure`].
     pub fn predict(
         &mut self,
         memory: &mut Predictor,
@@ -42,6 +42,7 @@ impl Robot {
         density: &[f64],
         step: f64,
     ) -> Result<(), RobotError> {
+        self.model.open_tree("a prediction")?;
         let (nq, nv) = (self.tree.nq(), self.tree.nv());
         numbers("q", state.q, nq)?;
         numbers("v", state.v, nv)?;

@@ -12,7 +12,8 @@ use crate::error::RobotError;
 use crate::manipulability::{Manipulability, Rows};
 use crate::part::{Chain, Part};
 use linkwork_dynamics::inverse_kinematics::{Goal, Progress};
-use linkwork_dynamics::{node_jacobian, poses};
+use linkwork_dynamics::{Workspace, node_jacobian, poses};
+use linkwork_multibody::Limits;
 use linkwork_spatial::{Motion, Pose};
 use std::f64::consts::TAU;
 
@@ -81,17 +82,7 @@ impl Robot {
         effort: &Effort,
         q: &mut [f64],
     ) -> Result<Best, RobotError> {
-        let bad = |x: f64| !(x >= 0.0 && x.is_finite());
-        for (what, value) in [("centred", prefer.centred), ("manipulable", prefer.manipulable)] {
-            if bad(value) || prefer.centred + prefer.manipulable == 0.0 {
-                let help = "weights are not negative, and one of them is above zero";
-                return Err(RobotError::OutOfRange { what, value, help });
-            }
-        }
-        if !(prefer.length > 0.0 && prefer.length.is_finite()) {
-            let (what, value, help) = ("length", prefer.length, "a length is above zero");
-            return Err(RobotError::OutOfRange { what, value, help });
-        }
+        check_prefer(prefer)?;
         let mut best =
             Best { outcome: Outcome::Nearest, cost: f64::INFINITY, solutions: 0, kinematics: 0 };
         for start in 0..prefer.starts.max(1) {
@@ -119,7 +110,7 @@ impl Robot {
                         memory.best.copy_from_slice(&memory.q);
                     }
                 }
-                Progress::Nearest(found) | Progress::Unfinished(found) => {
+                Progress::Nearest(found) | Progress::Open(found) | Progress::Unfinished(found) => {
                     best.kinematics += found.kinematics;
                     if best.solutions == 0 {
                         memory.best.copy_from_slice(&memory.q);
@@ -137,39 +128,84 @@ impl Robot {
     }
 }
 
+/// Weights that can be.
+pub(super) fn check_prefer(prefer: &Prefer) -> Result<(), RobotError> {
+    let bad = |x: f64| !(x >= 0.0 && x.is_finite());
+    for (what, value) in [("centred", prefer.centred), ("manipulable", prefer.manipulable)] {
+        if bad(value) || prefer.centred + prefer.manipulable == 0.0 {
+            let help = "weights are not negative, and one of them is above zero";
+            return Err(RobotError::OutOfRange { what, value, help });
+        }
+    }
+    if !(prefer.length > 0.0 && prefer.length.is_finite()) {
+        let (what, value, help) = ("length", prefer.length, "a length is above zero");
+        return Err(RobotError::OutOfRange { what, value, help });
+    }
+    Ok(())
+}
+
+/// The middle of the limits of a coordinate and how far they are apart, where it has both: its place in q, too.
+fn range(limits: &Option<(usize, Limits)>) -> Option<(usize, f64, f64)> {
+    let (at, l) = limits.as_ref()?;
+    let wide = l.upper - l.lower;
+    (wide.is_finite() && wide > 0.0).then_some((*at, 0.5 * (l.lower + l.upper), wide))
+}
+
+/// What a unit of each coordinate counts.
+pub(super) fn scales(limits: &[Option<(usize, Limits)>], prefer: &Prefer, scale: &mut [f64]) {
+    for (d, l) in scale.iter_mut().zip(limits) {
+        let wide = range(l).map_or(TAU, |r| r.2);
+        *d = (prefer.centred + prefer.manipulable) / (wide * wide);
+    }
+}
+
+/// c of the distance from the middle of the limits; adds its gradient.
+pub(super) fn centring(
+    limits: &[Option<(usize, Limits)>],
+    prefer: &Prefer,
+    q: &[f64],
+    gradient: &mut [f64],
+) -> f64 {
+    let mut cost = 0.0;
+    for (g, l) in gradient.iter_mut().zip(limits) {
+        if let Some((at, middle, wide)) = range(l) {
+            let x = (q[at] - middle) / wide;
+            cost += 0.5 * prefer.centred * x * x;
+            *g += prefer.centred * x / wide;
+        }
+    }
+    cost
+}
+
+/// c of the manipulability of a chain at its own q, and its gradient over its own degrees of freedom. Moves the chain's poses.
+pub(super) fn agility(
+    chain: &Chain,
+    (ws, J): (&mut Workspace, &mut [f64]),
+    prefer: &Prefer,
+    q: &[f64],
+    gradient: &mut [f64],
+) -> f64 {
+    poses(&chain.tree, ws, q);
+    node_jacobian(&chain.tree, ws, chain.tip, J);
+    let rows = Rows::All { length: prefer.length };
+    let w = Manipulability::new(J, &chain.first, rows, Some(&mut *gradient)).w;
+    gradient.iter_mut().for_each(|g| *g *= -prefer.manipulable / w.max(f64::MIN_POSITIVE));
+    -prefer.manipulable * w.ln()
+}
+
 /// Improves `memory.q`; c, and evaluations.
 fn improve(chain: &Chain, memory: &mut ChainMemory, prefer: &Prefer, steps: usize) -> (f64, usize) {
     let ChainMemory { ik, ws, J, q, scale, .. } = memory;
     // Positions do not count: the chain stands on its base.
     ws.set_base(&Pose::identity(), &Motion::zero(), &Motion::zero());
-    let range = |i: usize| {
-        let (at, l) = chain.limits[i]?;
-        let wide = l.upper - l.lower;
-        (wide.is_finite() && wide > 0.0).then_some((at, 0.5 * (l.lower + l.upper), wide))
-    };
-    for (i, d) in scale.iter_mut().enumerate() {
-        let wide = range(i).map_or(TAU, |r| r.2);
-        *d = (prefer.centred + prefer.manipulable) / (wide * wide);
-    }
+    scales(&chain.limits, prefer, scale);
     let mut objective = |q: &[f64], gradient: &mut [f64]| {
         gradient.fill(0.0);
         let mut cost = 0.0;
         if prefer.manipulable > 0.0 {
-            poses(&chain.tree, ws, q);
-            node_jacobian(&chain.tree, ws, chain.tip, J);
-            let rows = Rows::All { length: prefer.length };
-            let w = Manipulability::new(J, &chain.first, rows, Some(&mut *gradient)).w;
-            cost -= prefer.manipulable * w.ln();
-            gradient.iter_mut().for_each(|g| *g *= -prefer.manipulable / w.max(f64::MIN_POSITIVE));
+            cost += agility(chain, (&mut *ws, &mut *J), prefer, q, gradient);
         }
-        for i in 0..gradient.len() {
-            if let Some((at, middle, wide)) = range(i) {
-                let x = (q[at] - middle) / wide;
-                cost += 0.5 * prefer.centred * x * x;
-                gradient[i] += prefer.centred * x / wide;
-            }
-        }
-        cost
+        cost + centring(&chain.limits, prefer, q, gradient)
     };
     let improved = ik.improve(&chain.tree, &mut objective, scale, steps, q);
     (improved.cost, improved.kinematics)

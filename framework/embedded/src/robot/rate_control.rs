@@ -64,7 +64,7 @@ impl RateControl {
     /// level, weights counted (as many as there are levels).
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`];
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`], [`RobotError::OpensClosure`];
     /// [`RobotError::OutOfRange`] for a horizon or weight that is not above zero; [`RobotError::Singular`] when guards contradict each other: what brings one chain back above its least manipulability takes that of
     /// another below. Coordinates do not: one that is outside its limits, however far, comes back within the horizon or, where its rate is too low for that, at its full rate.
     pub fn solve(
@@ -79,6 +79,7 @@ impl RateControl {
         if robot.tree.nv() != nv {
             return Err(RobotError::ForeignHandle);
         }
+        robot.model.open_tree("a control of rates")?;
         robot.check_wishes(wishes, self.wishes)?;
         if v.len() != nv {
             return Err(RobotError::Length { what: "v", got: v.len(), wanted: nv });

@@ -8,8 +8,10 @@ use super::{ChainMemory, Robot, numbers};
 use crate::closed_form::ClosedForm;
 use crate::error::RobotError;
 use crate::part::{Chain, Part};
-use linkwork_dynamics::inverse_kinematics::{Goal, Place, Progress, Residual, Towards};
-use linkwork_dynamics::{InverseKinematics, RateTarget, Target};
+use linkwork_dynamics::inverse_kinematics::{
+    self as search, Goal, Place, Progress, Residual, Towards,
+};
+use linkwork_dynamics::{InverseKinematics, RateTarget, Target, poses};
 use linkwork_spatial::{Motion, Pose};
 
 /// In which frame a [`Goal`] is given.
@@ -20,6 +22,8 @@ pub enum Frame {
     World,
     /// The frame of the chain's base, wherever what carries it is.
     Base,
+    /// The tip of another chain. [`Robot::reach`] leaves that where it is; [`WholeReach`](super::WholeReach) moves both.
+    Tip(Part),
 }
 
 /// When inverse kinematics is content, and how long it tries.
@@ -53,6 +57,26 @@ impl Effort {
     #[must_use]
     pub fn one_start() -> Self {
         Self { restarts: 0, ..Self::default() }
+    }
+}
+
+impl Effort {
+    /// What the floor below takes.
+    pub(super) fn inner(&self) -> search::Effort {
+        search::Effort {
+            position_tolerance: self.tolerances[0],
+            orientation_tolerance: self.tolerances[1],
+            iterations: self.steps,
+            restarts: self.restarts,
+        }
+    }
+
+    /// Evaluations of the kinematics after which [`Robot::reach`] has ended at the latest, met or with the nearest, whatever the chain, the start and the goal's
+    /// numbers; calls and portions end sooner where [`kinematics`](Self::kinematics) says so. What most searches take is a hundredth of it.
+    /// [`WholeReach::worst_case_steps`](super::WholeReach::worst_case_steps) is that of the whole.
+    #[must_use]
+    pub fn worst_case_steps(&self, goal: &Goal) -> usize {
+        self.inner().worst_case_steps([goal], false)
     }
 }
 
@@ -91,7 +115,7 @@ impl Robot {
     /// configuration) until its tip meets the goal (given in `frame`), within limits. The robot's own q does not change.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`],
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
     /// [`RobotError::OutOfRange`] (weights, tolerances, a goal that asks for nothing), [`RobotError::OutsideLimits`]; then q is left alone. *Not reached* is an
     /// answer, not an error.
     pub fn reach(
@@ -117,23 +141,38 @@ impl Robot {
     ) -> Result<(), RobotError> {
         let model = &self.model;
         let chain = model.chain(part)?;
+        model.opens(chain, "a search of one chain")?;
         numbers("q", q, self.q.len())?;
         check(goal, effort)?;
         chain.within_limits(q)?;
+        let other = match frame {
+            Frame::Tip(other) => {
+                let tip = model.chain(other)?.tip_body;
+                let moving = &model.bodies(part)?[..1];
+                if moving.iter().any(|b| model.multibody().on_path(*b, tip)) {
+                    let (what, value) = ("tip that moves with the chain", other.index() as f64);
+                    let help = "give a goal in the world or in the base, or use `WholeReach`";
+                    return Err(RobotError::OutOfRange { what, value, help });
+                }
+                self.fresh = false;
+                poses(&self.tree, &mut self.ws, q);
+                self.ws.node_pose(&self.tree, model.tip(other)?)
+            }
+            Frame::World | Frame::Base => Pose::identity(),
+        };
         let Some(memory) = self.chains[part.index()].as_mut() else {
             return Err(RobotError::NotAChain { part: part.index() });
         };
         let goal = match frame {
             Frame::World => goal.moved(&base(chain, memory, q).inverse()),
             Frame::Base => *goal,
+            Frame::Tip(_) => goal.moved(&(base(chain, memory, q).inverse() * other)),
         };
         let target = Target::new(chain.tip, goal);
         gather(&chain.q, q, &mut memory.q);
         memory.fresh = false;
         let ik = &mut memory.ik;
-        ik.effort.position_tolerance = effort.tolerances[0];
-        ik.effort.orientation_tolerance = effort.tolerances[1];
-        (ik.effort.iterations, ik.effort.restarts) = (effort.steps, effort.restarts);
+        ik.effort = effort.inner();
         let begun = ik.begin(&chain.tree, &[target], &memory.q);
         debug_assert!(begun.is_ok(), "everything was checked: {begun:?}");
         memory.searching = true;
@@ -145,7 +184,7 @@ impl Robot {
     /// limit. Returns what is missing, rad/s and m/s. A search that was begun may go on afterwards.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`].
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`].
     pub fn rates(
         &mut self,
         part: Part,
@@ -157,6 +196,7 @@ impl Robot {
         numbers("velocity", twist.linear.as_slice(), 3)?;
         let (model, whole) = (&self.model, &self.q);
         let chain = model.chain(part)?;
+        model.opens(chain, "a rate of one tip")?;
         let Some(memory) = self.chains[part.index()].as_mut() else {
             return Err(RobotError::NotAChain { part: part.index() });
         };
@@ -182,7 +222,7 @@ impl Robot {
     /// 1e-9 m and rad. No search, no restarts: the same work each time.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`],
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
     /// [`RobotError::OutOfRange`] (a goal without a position or an orientation), [`RobotError::OutsideLimits`] (the hinge that is
     /// held), [`RobotError::NoRoom`].
     pub fn reach_all(
@@ -198,6 +238,7 @@ impl Robot {
         if !closed.is_of(chain) {
             return Err(RobotError::ForeignHandle);
         }
+        model.opens(chain, "a closed form")?;
         let n = self.q.len();
         numbers("q", q, n)?;
         check(goal, &Effort::default())?;
@@ -212,8 +253,14 @@ impl Robot {
             return Err(RobotError::NotAChain { part: closed.part().index() });
         };
         let mut X = Pose::new(orientation, position);
-        if frame == Frame::World {
-            X = base(chain, memory, q).inverse() * X;
+        match frame {
+            Frame::World => X = base(chain, memory, q).inverse() * X,
+            Frame::Base => {}
+            Frame::Tip(other) => {
+                let (what, value) = ("frame of a closed form", other.index() as f64);
+                let help = "give the goal in the world or in the base";
+                return Err(RobotError::OutOfRange { what, value, help });
+            }
         }
         memory.fresh = false;
         let (mut count, room) = (0, out.len() / n.max(1));
@@ -262,7 +309,8 @@ impl Robot {
         }
         let (outcome, found) = match progress {
             Progress::Met(found) => (Outcome::Met, found),
-            Progress::Nearest(found) => (Outcome::Nearest, found),
+            // Chains have no closures.
+            Progress::Nearest(found) | Progress::Open(found) => (Outcome::Nearest, found),
             Progress::Unfinished(found) => (Outcome::Unfinished, found),
         };
         let residual = memory.ik.residuals().first().copied().unwrap_or_default();
@@ -271,7 +319,7 @@ impl Robot {
     }
 }
 
-fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
+pub(super) fn check(goal: &Goal, effort: &Effort) -> Result<(), RobotError> {
     if let Some(p) = goal.position {
         numbers("position of the goal", p.as_slice(), 3)?;
     }

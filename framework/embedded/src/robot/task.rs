@@ -68,11 +68,12 @@ impl TaskSpace {
     /// Of the tips of chains, in this order. Allocates: once, at set-up.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; [`RobotError::Length`] for no part at all.
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; [`RobotError::Length`] for no part at all; [`RobotError::OpensClosure`].
     pub fn new(robot: &Robot, parts: &[Part]) -> Result<Self, RobotError> {
         if parts.is_empty() {
             return Err(RobotError::Length { what: "parts", got: 0, wanted: 1 });
         }
+        robot.model.open_tree("operational space")?;
         let mut tips = Vec::with_capacity(parts.len());
         for p in parts {
             tips.push(robot.model.tip(*p)?);

@@ -100,7 +100,7 @@ impl Transfer {
     /// The fastest motion between two states of the robot; limits of effort do not count. Coordinates of ball and free hinges have to be the same in both, and at rest.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`]; [`RobotError::OutOfRange`] for limits that are not above zero, a coordinate that moves without limits of
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::OpensClosure`]; [`RobotError::OutOfRange`] for limits that are not above zero, a coordinate that moves without limits of
     /// rate, acceleration and jerk, an end that the limits forbid (|v| + v̇²/(2 jerk) beyond the rate, toward which v̇ leads), and for ball and free hinges that
     /// move; [`RobotError::Singular`] where the search fails by round-off, which the crate then puts into words (the one call here that allocates).
     pub fn plan(
@@ -109,6 +109,7 @@ impl Transfer {
         to: &MotionState<'_>,
         limits: &MotionLimits,
     ) -> Result<Transferred, RobotError> {
+        self.model.open_tree("a transfer")?;
         self.check(from, to, limits)?;
         self.ready = false;
         self.start.copy_from_slice(from.q);

@@ -101,13 +101,14 @@ impl Planner {
     /// For a chain, with room for so many configurations in each tree. Allocates: once, at set-up.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; [`RobotError::OutOfRange`] for a chain with ball or free hinges, and for no room.
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; [`RobotError::OutOfRange`] for a chain with ball or free hinges, and for no room; [`RobotError::OpensClosure`].
     pub fn new(robot: &Robot, part: Part, room: usize) -> Result<Self, RobotError> {
         if room < 2 {
             let (what, help) = ("room", "at least two configurations");
             return Err(RobotError::OutOfRange { what, value: room as f64, help });
         }
         let own = robot.model.chain(part)?;
+        robot.model.opens(own, "a planned way")?;
         let mut chain = Vec::with_capacity(own.limits.len());
         for (i, limit) in own.limits.iter().enumerate() {
             let Some((at, limits)) = limit else {

@@ -96,7 +96,7 @@ impl WholeBody {
     /// solve a problem of nv + 4 · touches + 1 unknowns for each level.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`];
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`], [`RobotError::OpensClosure`];
     /// [`RobotError::OutOfRange`] for weights, friction and greatest forces that are not above zero, efforts below zero, and a normal that is not of length 1.
     #[allow(clippy::too_many_arguments)]
     pub fn solve(
@@ -108,6 +108,7 @@ impl WholeBody {
         effort: &[f64],
         (tau, vdot, forces): (&mut [f64], &mut [f64], &mut [Vec3]),
     ) -> Result<Balanced, RobotError> {
+        robot.model.open_tree("a control of forces")?;
         self.check(robot, v, touches, wishes, effort)?;
         for (what, got, wanted) in [
             ("tau", tau.len(), self.nv),

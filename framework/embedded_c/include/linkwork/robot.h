@@ -118,6 +118,9 @@
 // In place of an orientation `axis` looks at the point `towards`.
 #define LW_GOAL_LOOK_AT 64
 
+// In `LwTipGoal.seen_from`: in the world, or in the chain's base with `LW_GOAL_IN_BASE`.
+#define LW_NO_PART UINT32_MAX
+
 // The sum of squares of the forces is made small.
 #define LW_BALANCE_EQUAL 0
 
@@ -173,6 +176,8 @@ typedef enum LwStatus {
   LW_STATUS_HAND_FULL,
   // The second hand is not where its grasp says.
   LW_STATUS_LOOP_OPEN,
+  // No configuration within limits closes what two hands hold, a loop or a coupling; or a call would open one.
+  LW_STATUS_DOES_NOT_CLOSE,
   // Equations have no solution.
   LW_STATUS_SINGULAR,
   // Files, parts, objects or shapes make no model.
@@ -253,6 +258,9 @@ typedef struct LwTransfer LwTransfer;
 
 // Memory of forces for wishes with contacts. For robots of one model, and one call at a time.
 typedef struct LwWholeBody LwWholeBody;
+
+// A search of the whole, with its memory. For robots of one model, and one call at a time.
+typedef struct LwWholeReach LwWholeReach;
 
 // A pose: where a frame is in another.
 typedef struct LwPose {
@@ -443,6 +451,16 @@ typedef struct LwBest {
   // Met, or nearest when no start led there.
   enum LwOutcome outcome;
 } LwBest;
+
+// Where the tip of a chain is to be, beside others.
+typedef struct LwTipGoal {
+  // What is asked of its tip.
+  struct LwGoal goal;
+  // The chain.
+  uint32_t part;
+  // The chain at whose tip the goal is seen, wherever it goes; `LW_NO_PART`: none.
+  uint32_t seen_from;
+} LwTipGoal;
 
 // Who holds an object.
 typedef struct LwHold {
@@ -1172,6 +1190,75 @@ enum LwStatus lw_robot_reach_all(struct LwRobot *robot,
                                  double *solutions,
                                  size_t rows,
                                  size_t *count);
+
+// Memory of `lw_whole_reach_solve` with room for so many goals (1024 at most) and two hands on every object, into `out`; free it with `lw_whole_reach_free`. It serves every robot of the same model.
+enum LwStatus lw_whole_reach_new(struct LwRobot *robot,
+                                 size_t goals,
+                                 struct LwWholeReach **out);
+
+// Frees it; NULL is none.
+void lw_whole_reach_free(struct LwWholeReach *search);
+
+// Keeps the hinges of a part's bodies where they are in searches from now on. A search that was begun ends.
+enum LwStatus lw_whole_reach_keep(struct LwRobot *robot,
+                                  struct LwWholeReach *search,
+                                  uint32_t part);
+
+// Lets them move again.
+enum LwStatus lw_whole_reach_release(struct LwRobot *robot,
+                                     struct LwWholeReach *search,
+                                     uint32_t part);
+
+// Moves `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until every tip meets its goal, within limits, with all that carries them. What two
+// hands of the robot hold now is held in the answer, and loops and couplings are closed; without goals it closes what is open. `effort`: NULL for the default. Of `answer` position and
+// orientation are the greatest of all goals; those of each, m and rad, go into `residuals` (`m` = 2 `goal_count`; NULL and 0: not asked for).
+// `LW_STATUS_DOES_NOT_CLOSE` where nothing closes all: `q` is then where it is least open, position and orientation of `answer` are how far.
+enum LwStatus lw_whole_reach_solve(struct LwRobot *robot,
+                                   struct LwWholeReach *search,
+                                   const struct LwTipGoal *goals,
+                                   size_t goal_count,
+                                   const struct LwEffort *effort,
+                                   double *q,
+                                   size_t n,
+                                   double *residuals,
+                                   size_t m,
+                                   struct LwAnswer *answer);
+
+// Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Answers as `lw_whole_reach_solve`.
+enum LwStatus lw_whole_reach_go_on(struct LwRobot *robot,
+                                   struct LwWholeReach *search,
+                                   size_t kinematics,
+                                   double *q,
+                                   size_t n,
+                                   double *residuals,
+                                   size_t m,
+                                   struct LwAnswer *answer);
+
+// As `lw_whole_reach_solve`, from several starts, each improved among the configurations that meet all goals with everything closed, into `best`: near the middle of the limits of all that
+// moves, and far from singular configurations of the goals' chains. `restarts` of the effort does not count; its `kinematics` bounds all evaluations together. The robot's own q does not change.
+enum LwStatus lw_whole_reach_best(struct LwRobot *robot,
+                                  struct LwWholeReach *search,
+                                  const struct LwTipGoal *goals,
+                                  size_t goal_count,
+                                  const struct LwPrefer *prefer,
+                                  const struct LwEffort *effort,
+                                  double *q,
+                                  size_t n,
+                                  struct LwBest *best);
+
+// Evaluations of the kinematics after which `lw_whole_reach_solve` has ended for these goals at the latest, whatever the start, the goals' numbers and what hands hold, into `steps`; SIZE_MAX for more.
+enum LwStatus lw_whole_reach_worst_case_steps(struct LwRobot *robot,
+                                              struct LwWholeReach *search,
+                                              const struct LwTipGoal *goals,
+                                              size_t goal_count,
+                                              const struct LwEffort *effort,
+                                              size_t *steps);
+
+// Evaluations of the kinematics after which `lw_robot_reach` has ended for such a goal at the latest, whatever the chain, the start and the goal's numbers, into `steps`; SIZE_MAX for more.
+// What a caller in real time counts on; most searches take a hundredth of it. `effort`: NULL for the default.
+enum LwStatus lw_effort_worst_case_steps(const struct LwEffort *effort,
+                                         const struct LwGoal *goal,
+                                         size_t *steps);
 
 // Where an object is in the world: in the hand, or where it was put or let go last.
 enum LwStatus lw_robot_object_pose(struct LwRobot *robot, uint32_t object, struct LwPose *out);

@@ -193,6 +193,14 @@ inline LwEffort default_effort() {
   return out;
 }
 
+// Evaluations of the kinematics after which a search of one chain for such a goal has ended at the latest.
+inline std::size_t worst_case_steps(const LwGoal &goal, const LwEffort *effort = nullptr) {
+  std::size_t out = 0;
+  const LwStatus status = lw_effort_worst_case_steps(effort, &goal, &out);
+  if (status != LW_STATUS_OK) throw Error(status, lw_status_text(status));
+  return out;
+}
+
 // What never changes about a robot. Threads may share one.
 class Model {
  public:
@@ -752,6 +760,53 @@ class TaskSpace {
   }
 
   std::unique_ptr<LwTaskSpace, detail::Freed<lw_task_space_free>> handle_;
+};
+
+// The goal of a tip beside others: in the world (or in its base), or at the tip of another chain.
+inline LwTipGoal tip_goal(std::uint32_t part, const LwGoal &goal, std::uint32_t seen_from = LW_NO_PART) {
+  return {goal, part, seen_from};
+}
+
+// Inverse kinematics of several tips at once; what two hands hold stays held.
+class WholeReach {
+ public:
+  WholeReach(Robot &robot, std::size_t goals) {
+    LwWholeReach *out = nullptr;
+    robot.check(lw_whole_reach_new(robot.get(), goals, &out));
+    handle_.reset(out);
+  }
+  void keep(Robot &robot, std::uint32_t part) { robot.check(lw_whole_reach_keep(robot.get(), get(), part)); }
+  void release(Robot &robot, std::uint32_t part) { robot.check(lw_whole_reach_release(robot.get(), get(), part)); }
+  // `residuals`: m and rad of each goal, or none.
+  LwAnswer solve(Robot &robot, std::span<const LwTipGoal> goals, std::span<double> q,
+                 const LwEffort *effort = nullptr, std::span<double> residuals = {}) {
+    LwAnswer out;
+    robot.check(lw_whole_reach_solve(robot.get(), get(), goals.data(), goals.size(), effort, q.data(), q.size(),
+                                     residuals.data(), residuals.size(), &out));
+    return out;
+  }
+  LwAnswer go_on(Robot &robot, std::size_t kinematics, std::span<double> q, std::span<double> residuals = {}) {
+    LwAnswer out;
+    robot.check(lw_whole_reach_go_on(robot.get(), get(), kinematics, q.data(), q.size(), residuals.data(),
+                                     residuals.size(), &out));
+    return out;
+  }
+  LwBest best(Robot &robot, std::span<const LwTipGoal> goals, const LwPrefer &prefer, std::span<double> q,
+              const LwEffort *effort = nullptr) {
+    LwBest out;
+    robot.check(lw_whole_reach_best(robot.get(), get(), goals.data(), goals.size(), &prefer, effort, q.data(), q.size(),
+                                    &out));
+    return out;
+  }
+  std::size_t worst_case_steps(Robot &robot, std::span<const LwTipGoal> goals, const LwEffort *effort = nullptr) {
+    std::size_t out = 0;
+    robot.check(lw_whole_reach_worst_case_steps(robot.get(), get(), goals.data(), goals.size(), effort, &out));
+    return out;
+  }
+  LwWholeReach *get() const noexcept { return handle_.get(); }
+
+ private:
+  std::unique_ptr<LwWholeReach, detail::Freed<lw_whole_reach_free>> handle_;
 };
 
 // Rates for wishes in order of priority, away from limits and singular configurations.

@@ -347,6 +347,7 @@ class Mechanism:
         orientation_tolerance: float = 1e-9,
         iterations: int = 100,
         restarts: int = 64,
+        loop_motions: ArrayLike | None = None,
     ) -> _Array: ...
     def inverse_kinematics_rates(
         self,
@@ -605,11 +606,13 @@ class InverseKinematicsSearch:
     def advance(self, kinematics: int = 1000) -> bool: ...
     def solution(self) -> _Array: ...
     @property
-    def outcome(self) -> Literal["met", "nearest", "unfinished"]: ...
+    def outcome(self) -> Literal["met", "nearest", "open", "unfinished"]: ...
     @property
     def q(self) -> _Array: ...
     @property
     def residual(self) -> tuple[float, float] | None: ...
+    @property
+    def residuals(self) -> list[tuple[float, float]] | None: ...
     @property
     def kinematics(self) -> int: ...
     @property
@@ -694,6 +697,53 @@ class Robot(Collisions):
         improve: int = 400,
         in_base: bool = False,
     ) -> tuple[_Array, float]: ...
+    def inverse_kinematics_together(
+        self,
+        targets: dict[str, Any] | Sequence[Target],
+        q: ArrayLike | None = None,
+        *,
+        in_base: Sequence[str] | None = None,
+        keep: Sequence[str] | None = None,
+        position_tolerance: float = 1e-9,
+        orientation_tolerance: float = 1e-9,
+        steps: int = 100,
+        restarts: int = 64,
+    ) -> _Array: ...
+    def begin_inverse_kinematics_together(
+        self,
+        targets: dict[str, Any] | Sequence[Target],
+        q: ArrayLike | None = None,
+        *,
+        in_base: Sequence[str] | None = None,
+        keep: Sequence[str] | None = None,
+        position_tolerance: float = 1e-9,
+        orientation_tolerance: float = 1e-9,
+        steps: int = 100,
+        restarts: int = 64,
+    ) -> InverseKinematicsSearch: ...
+    def inverse_kinematics_together_best(
+        self,
+        targets: dict[str, Any] | Sequence[Target],
+        q: ArrayLike | None = None,
+        *,
+        centred: float = 1.0,
+        manipulable: float = 0.0,
+        length: float = 1.0,
+        starts: int = 8,
+        improve: int = 400,
+        in_base: Sequence[str] | None = None,
+        keep: Sequence[str] | None = None,
+    ) -> tuple[_Array, float]: ...
+    def worst_case_steps(
+        self,
+        *,
+        together: bool = False,
+        weight: float = 1.0,
+        position_tolerance: float = 1e-9,
+        orientation_tolerance: float = 1e-9,
+        steps: int = 100,
+        restarts: int = 64,
+    ) -> int: ...
     def tip_rates(self, part: str, twist: ArrayLike) -> tuple[_Array, tuple[float, float]]: ...
     def inverse_kinematics_all(
         self,

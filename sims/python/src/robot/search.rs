@@ -4,11 +4,13 @@ use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::inverse_kinematics::{PORTION, Parts, place};
-use linkwork_embedded::{self as embedded, Answer, Effort, Goal, Outcome, Part, RobotError};
+use linkwork_embedded::{
+    self as embedded, Answer, Effort, Goal, Outcome, Part, Residual, RobotError, WholeReach,
+};
 use pyo3::prelude::*;
 use std::sync::Mutex;
 
-/// A search of `Robot.begin_inverse_kinematics` that goes on as it is told: what planners and control loops ask that have so much time and no more. It has the configuration, and what
+/// A search of `Robot.begin_inverse_kinematics` or `Robot.begin_inverse_kinematics_together` that goes on as it is told: what planners and control loops ask that have so much time and no more. It has the configuration, and what
 /// hands held, of the moment it began; what the robot does afterwards does not change it.
 ///
 /// >>> links = linkwork.Builder()
@@ -26,29 +28,80 @@ use std::sync::Mutex;
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct InverseKinematicsSearch {
     name: String,
-    part: Part,
     state: Mutex<State>,
 }
 
 struct State {
-    robot: embedded::Robot,
-    q: Vec<f64>,
-    answer: Answer,
+    of: Of,
+    now: Now,
 }
 
-/// A solution, or the error that has the nearest configuration.
-fn ended<'py>(py: Python<'py>, name: &str, answer: &Answer, q: Vec<f64>) -> PyResult<Array1<'py>> {
+/// Of one chain, or of several tips.
+enum Of {
+    Chain(Box<embedded::Robot>, Part),
+    Whole(Box<WholeReach>),
+}
+
+/// Where a search is.
+#[derive(Clone)]
+pub(super) struct Now {
+    pub q: Vec<f64>,
+    pub answer: Answer,
+    /// Of each goal.
+    pub residuals: Vec<Residual>,
+    /// What cannot close; the answer's residual is then how far it is open.
+    pub open: Option<RobotError>,
+}
+
+impl Now {
+    pub fn of(q: Vec<f64>, answer: Answer) -> Self {
+        Self { q, answer, residuals: vec![answer.residual], open: None }
+    }
+
+    /// What came of a portion of a search of several tips.
+    pub fn take(&mut self, told: Result<Answer, RobotError>, search: &WholeReach) -> PyResult<()> {
+        match told {
+            Ok(answer) => self.answer = answer,
+            Err(error @ RobotError::DoesNotClose { position, orientation, .. }) => {
+                self.open = Some(error);
+                self.answer.outcome = Outcome::Nearest;
+                self.answer.residual = Residual { position, orientation };
+            }
+            Err(error) => return Err(refuse(error)),
+        }
+        self.residuals = search.residuals().to_vec();
+        Ok(())
+    }
+
+    fn word(&self) -> &'static str {
+        match self.answer.outcome {
+            Outcome::Met => "met",
+            Outcome::Nearest if self.open.is_some() => "open",
+            Outcome::Nearest => "nearest",
+            Outcome::Unfinished => "unfinished",
+        }
+    }
+
+    fn ended(&self) -> bool {
+        self.answer.outcome != Outcome::Unfinished
+    }
+}
+
+/// A solution, or the error that has the nearest configuration. `name`: of the tips.
+pub(super) fn ended<'py>(py: Python<'py>, name: &str, now: Now) -> PyResult<Array1<'py>> {
+    let Now { q, answer, open, .. } = now;
     let q = out1(py, q);
     let (p, R) = (answer.residual.position, answer.residual.orientation);
-    let error = match answer.outcome {
-        Outcome::Met => return Ok(q),
-        Outcome::Nearest => refuse_with(
-            format!("the tip of `{name}` comes no nearer than {p:.3e} m and {R:.3e} rad"),
+    let error = match (answer.outcome, open) {
+        (Outcome::Met, _) => return Ok(q),
+        (Outcome::Nearest, Some(open)) => refuse(open),
+        (Outcome::Nearest, None) => refuse_with(
+            format!("{name} no nearer than {p:.3e} m and {R:.3e} rad"),
             "ask for less (a position alone), or from another start; the nearest configuration is the error's `q`",
         ),
-        Outcome::Unfinished => refuse_with(
+        (Outcome::Unfinished, _) => refuse_with(
             format!(
-                "the search of `{name}` has not ended after {} evaluations of its kinematics",
+                "the search has not ended after {} evaluations of the kinematics",
                 answer.kinematics
             ),
             "go on with `advance` until it is True; the nearest configuration so far is the error's `q`",
@@ -64,7 +117,7 @@ fn ended<'py>(py: Python<'py>, name: &str, answer: &Answer, q: Vec<f64>) -> PyRe
 
 #[pymethods]
 impl InverseKinematicsSearch {
-    /// Goes on for so many evaluations of the kinematics of the chain at most; True when it has ended, which no further call changes. A step of the search is one evaluation: the same steps are taken in whatever
+    /// Goes on for so many evaluations of the kinematics at most; True when it has ended, which no further call changes. A step of the search is one evaluation: the same steps are taken in whatever
     /// portions, to the same bits, and a portion takes the same time each, some µs an evaluation. After Ctrl-C it may be gone on with. Raises LinkworkError for a negative number.
     ///
     /// >>> search = robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
@@ -92,17 +145,16 @@ impl InverseKinematicsSearch {
     /// ...     round(error.residual[0], 6)
     /// 4.2
     fn solution<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
-        let (answer, q) = self.now(py);
-        ended(py, &self.name, &answer, q)
+        ended(py, &self.name, self.now(py))
     }
 
-    /// "met": within the tolerances; "nearest": no start led there; "unfinished": it may go on.
+    /// "met": within the tolerances; "nearest": no start led there; "open": what two hands hold, a loop or a coupling cannot close; "unfinished": it may go on.
     ///
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).outcome
     /// 'unfinished'
     #[getter]
     fn outcome(&self, py: Python<'_>) -> &'static str {
-        word(self.now(py).0.outcome)
+        self.now(py).word()
     }
 
     /// The solution, or the nearest configuration so far (nq,), rad and m.
@@ -111,17 +163,29 @@ impl InverseKinematicsSearch {
     /// [0.3, 0.3, 0.3]
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        out1(py, self.now(py).1)
+        out1(py, self.now(py).q)
     }
 
-    /// How far the tip is from the goal at `q`, m and rad; None until the search has ended.
+    /// How far the tip is from the goal at `q`, m and rad, of several the greatest of each; what is open where it ended "open"; None until the search has ended.
     ///
     /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).residual is None
     /// True
     #[getter]
     fn residual(&self, py: Python<'_>) -> Option<(f64, f64)> {
-        let Answer { outcome, residual, .. } = self.now(py).0;
-        (outcome != Outcome::Unfinished).then_some((residual.position, residual.orientation))
+        let now = self.now(py);
+        let Residual { position, orientation } = now.answer.residual;
+        now.ended().then_some((position, orientation))
+    }
+
+    /// How far the tip of each goal is from it, m and rad, in their order; None until the search has ended.
+    ///
+    /// >>> robot.begin_inverse_kinematics("arm", [0.6, 0, 0.2]).residuals is None
+    /// True
+    #[getter]
+    fn residuals(&self, py: Python<'_>) -> Option<Vec<(f64, f64)>> {
+        let now = self.now(py);
+        let all = now.residuals.iter().map(|r| (r.position, r.orientation)).collect();
+        now.ended().then_some(all)
     }
 
     /// How many evaluations of the kinematics there were so far.
@@ -130,7 +194,7 @@ impl InverseKinematicsSearch {
     /// 0
     #[getter]
     fn kinematics(&self, py: Python<'_>) -> usize {
-        self.now(py).0.kinematics
+        self.now(py).answer.kinematics
     }
 
     /// Which start led to `q`: 0 is the given one.
@@ -139,52 +203,62 @@ impl InverseKinematicsSearch {
     /// 0
     #[getter]
     fn restart(&self, py: Python<'_>) -> usize {
-        self.now(py).0.restart
+        self.now(py).answer.restart
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let outcome = word(self.now(py).0.outcome);
-        format!("InverseKinematicsSearch({}, {outcome})", self.name)
+        let now = self.now(py);
+        let tips = self.name.split('`').skip(1).step_by(2).collect::<Vec<_>>().join(", ");
+        format!("InverseKinematicsSearch({tips}, {})", now.word())
     }
 }
 
 impl InverseKinematicsSearch {
+    /// Of several tips, begun.
+    pub(super) fn whole(name: String, search: WholeReach, now: Now) -> Self {
+        Self { name, state: Mutex::new(State { of: Of::Whole(Box::new(search)), now }) }
+    }
+
     /// Where it is. Waits without the interpreter, which another thread that goes on may need.
-    fn now(&self, py: Python<'_>) -> (Answer, Vec<f64>) {
-        py.detach(|| {
-            let state = lock(&self.state);
-            (state.answer, state.q.clone())
-        })
+    pub(super) fn now(&self, py: Python<'_>) -> Now {
+        py.detach(|| lock(&self.state).now.clone())
     }
 
     /// Goes on with looks at Ctrl-C, between which others may go on, too; whether it has ended.
-    fn go_on(&self, py: Python<'_>, mut kinematics: usize) -> PyResult<bool> {
+    pub(super) fn go_on(&self, py: Python<'_>, mut kinematics: usize) -> PyResult<bool> {
         loop {
             py.check_signals()?;
             let portion = kinematics.min(PORTION);
             kinematics -= portion;
-            let outcome: Result<Outcome, RobotError> = py.detach(|| {
+            let done: PyResult<bool> = py.detach(|| {
                 let mut state = lock(&self.state);
-                let State { robot, q, answer } = &mut *state;
-                if answer.outcome == Outcome::Unfinished && portion > 0 {
-                    *answer = robot.reach_on(self.part, portion, q)?;
+                let State { of, now } = &mut *state;
+                if !now.ended() && portion > 0 {
+                    match of {
+                        Of::Chain(robot, part) => {
+                            let told =
+                                robot.reach_on(*part, portion, &mut now.q).map_err(refuse)?;
+                            (now.answer, now.residuals) = (told, vec![told.residual]);
+                        }
+                        Of::Whole(search) => {
+                            let told = search.go_on(portion, &mut now.q);
+                            now.take(told, search)?;
+                        }
+                    }
                 }
-                Ok(answer.outcome)
+                Ok(now.ended())
             });
-            let outcome = outcome.map_err(refuse)?;
-            if outcome != Outcome::Unfinished || kinematics == 0 {
-                return Ok(outcome != Outcome::Unfinished);
+            let done = done?;
+            if done || kinematics == 0 {
+                return Ok(done);
             }
         }
     }
 }
 
-fn word(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Met => "met",
-        Outcome::Nearest => "nearest",
-        Outcome::Unfinished => "unfinished",
-    }
+/// Of which tip a message speaks.
+fn tip(part: &str) -> String {
+    format!("the tip of `{part}` comes")
 }
 
 /// A search as it is asked for.
@@ -206,9 +280,9 @@ impl Asked<'_, '_> {
         self,
         slf: &Bound<'_, Robot>,
         kinematics: usize,
-    ) -> PyResult<(Answer, Vec<f64>, Option<InverseKinematicsSearch>)> {
-        let (own, name) = (base(slf), self.part.to_owned());
-        let part = own.part(&name)?;
+    ) -> PyResult<(Now, Option<InverseKinematicsSearch>)> {
+        let (own, name) = (base(slf), tip(self.part));
+        let part = own.part(self.part)?;
         let (position, orientation) = self.at.map_or(Ok((None, None)), |at| place(at, "at"))?;
         let (place, pointing) = self.parts.read()?;
         let goal = Goal { position, orientation, weights: [1.0; 2], place, pointing };
@@ -227,27 +301,28 @@ impl Asked<'_, '_> {
                 Ok((answer, (answer.outcome == Outcome::Unfinished).then(|| r.clone())))
             })
         })?;
+        let now = Now::of(q, answer);
         let rest = robot.map(|robot| {
-            let state = Mutex::new(State { robot, q: q.clone(), answer });
-            InverseKinematicsSearch { name, part, state }
+            let state = State { of: Of::Chain(Box::new(robot), part), now: now.clone() };
+            InverseKinematicsSearch { name, state: Mutex::new(state) }
         });
-        Ok((answer, q, rest))
+        Ok((now, rest))
     }
 
     /// At once.
     pub fn solve<'py>(self, slf: &Bound<'py, Robot>) -> PyResult<Array1<'py>> {
-        let (py, name) = (slf.py(), self.part.to_owned());
-        let (mut answer, mut q, rest) = self.begin(slf, PORTION)?;
+        let (py, name) = (slf.py(), tip(self.part));
+        let (mut now, rest) = self.begin(slf, PORTION)?;
         if let Some(rest) = rest {
             rest.go_on(py, usize::MAX)?;
-            (answer, q) = rest.now(py);
+            now = rest.now(py);
         }
-        ended(py, &name, &answer, q)
+        ended(py, &name, now)
     }
 
     /// To be gone on with.
     pub fn search(self, slf: &Bound<'_, Robot>) -> PyResult<InverseKinematicsSearch> {
-        let (_, _, rest) = self.begin(slf, 0)?;
+        let (_, rest) = self.begin(slf, 0)?;
         rest.ok_or_else(|| refuse_with("the search ended at once", "report this"))
     }
 }

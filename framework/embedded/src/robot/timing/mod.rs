@@ -97,6 +97,7 @@ impl Timing {
     /// # Errors
     /// [`RobotError::OutOfRange`] for fewer than two configurations, and for fewer than eight sections a configuration.
     pub fn new(robot: &Robot, configurations: usize, sections: usize) -> Result<Self, RobotError> {
+        robot.model.open_tree("a timed way")?;
         if configurations < 2 {
             let (what, help) = ("configurations", "a way has at least two");
             return Err(RobotError::OutOfRange { what, value: configurations as f64, help });

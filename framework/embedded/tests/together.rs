@@ -1,0 +1,686 @@
+//! Inverse kinematics of the whole: several tips, a shared waist, tips seen from tips, what two hands hold; against the floor below and forward kinematics.
+
+use crate::support::*;
+use linkwork_embedded::dynamics::{InverseKinematics, Target, Tree};
+use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits};
+use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
+use linkwork_embedded::*;
+use std::sync::Arc;
+
+/// A waist of two pins, an arm of six on each side, a head on a pin; a box and a bar.
+fn torso() -> Arc<RobotModel> {
+    let mut m = Builder::new();
+    let pin = |axis: Vec3, most: f64| Hinge::pin(axis).limits(Limits::position(-most, most));
+    let (x, y, z) = (Vec3::x(), Vec3::y(), Vec3::z());
+    let up = |h| Pose::translation(0.0, 0.0, h);
+    m.body(BodySpec::new("waist", "world").hinge_in_parent(up(0.8)).hinge(pin(z, 1.2)));
+    m.body(BodySpec::new("chest", "waist").hinge_in_parent(up(0.2)).hinge(pin(y, 0.8)));
+    for (side, s) in [("left", 1.0), ("right", -1.0)] {
+        let mut parent = "chest".to_owned();
+        for (k, axis) in [z, y, y, x, y, x].into_iter().enumerate() {
+            let at = match k {
+                0 => Pose::translation(0.05, 0.25 * s, 0.35),
+                2 => Pose::translation(0.31, 0.02, 0.0),
+                3 => Pose::translation(0.27, -0.01, 0.03),
+                _ => Pose::translation(0.06, 0.0, 0.0),
+            };
+            let body = format!("{side}{k}");
+            m.body(BodySpec::new(&body, &parent).hinge_in_parent(at).hinge(pin(axis, 2.6)));
+            parent = body;
+        }
+    }
+    m.body(BodySpec::new("head", "chest").hinge_in_parent(up(0.5)).hinge(pin(y, 1.0)));
+    let parts = ["left", "right"].map(|p| PartSpec::chain(p, "chest", &format!("{p}5")));
+    let mut parts = parts.to_vec();
+    parts.push(PartSpec::chain("trunk", "world", "chest"));
+    parts.push(PartSpec::chain("neck", "chest", "head"));
+    parts.push(PartSpec::bodies("ends", &["left5", "right5"]));
+    let mass = MassProperties::new(2.0, Vec3::zeros(), Mat3::identity() * 0.01);
+    let objects = ["box", "bar"].map(|name| ObjectSpec { name: name.into(), mass }).to_vec();
+    RobotModel::new(&ModelSpec { mechanism: m, parts, objects, ..ModelSpec::default() }).unwrap()
+}
+
+fn clamp(model: &RobotModel, q: &mut [f64]) {
+    for (_, s) in model.multibody().subhinges() {
+        let l = s.subhinge.limits;
+        q[s.q.start] = q[s.q.start].clamp(l.lower, l.upper);
+    }
+}
+
+fn within(model: &RobotModel, q: &[f64]) -> bool {
+    let mut clamped = q.to_vec();
+    clamp(model, &mut clamped);
+    clamped == q
+}
+
+fn inside(model: &RobotModel, seed: u64) -> Vec<f64> {
+    let mut q = model.multibody().random_q(seed);
+    clamp(model, &mut q);
+    q.iter().map(|x| 0.9 * x).collect()
+}
+
+fn tips(robot: &mut Robot, q: &[f64], parts: &[Part]) -> Vec<Pose> {
+    robot.set_q(q).unwrap();
+    parts.iter().map(|p| robot.tip_pose(*p).unwrap()).collect()
+}
+
+#[test]
+fn two_arms_with_one_waist_reach_two_poses_as_the_floor_below_does() {
+    let model = torso();
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 2);
+    // The floor below, on the same mechanism with tips as nodes.
+    let mbs = model.multibody();
+    let tree = Tree::new(mbs);
+    let nodes = ["tip of part left", "tip of part right"].map(|n| mbs.node(n).unwrap());
+    let mut moved = 0;
+    for seed in 0..40 {
+        let X = tips(&mut robot, &inside(&model, seed), &[left, right]);
+        let start = inside(&model, 1000 + seed);
+        let goals = [TipGoal::new(left, Goal::pose(X[0])), TipGoal::new(right, Goal::pose(X[1]))];
+        let mut q = start.clone();
+        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        assert_eq!(answer.outcome, Outcome::Met, "{seed}");
+        for (Y, X) in tips(&mut robot, &q, &[left, right]).iter().zip(&X) {
+            let (p, R) = apart(Y, X);
+            assert!(p <= 2e-9 && R <= 2e-8, "{seed}: {p:e} {R:e}");
+        }
+        assert!(within(&model, &q));
+        moved += usize::from(
+            (q[mbs.hinge("waist").unwrap().start] - start[mbs.hinge("waist").unwrap().start]).abs()
+                > 1e-3,
+        );
+        let targets = [0, 1].map(|i| Target::new(nodes[i], Goal::pose(X[i])));
+        let mut ik = InverseKinematics::new(&tree);
+        let mut same = start.clone();
+        let found = ik.solve(&tree, &targets, &mut same).unwrap();
+        assert_eq!((&q, answer.kinematics), (&same, found.kinematics));
+    }
+    assert!(moved >= 35, "{moved}");
+}
+
+#[test]
+fn a_hand_is_moved_as_the_other_sees_it() {
+    let model = torso();
+    let [left, right, neck] = ["left", "right", "neck"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 3);
+    let waist: Vec<usize> = model.dofs(model.part("trunk").unwrap()).unwrap().to_vec();
+    for seed in 0..20 {
+        let X = tips(&mut robot, &inside(&model, seed), &[left, right]);
+        let apart_wanted = X[0].inverse() * X[1];
+        let goals = [
+            TipGoal::new(right, Goal::pose(apart_wanted)).seen_from(Frame::Tip(left)),
+            TipGoal::new(left, Goal::position(X[0].position)),
+            // The head looks at the right hand, which moves.
+            TipGoal::new(neck, Goal::pointing(Pointing::at(Vec3::x(), Vec3::zeros()).within(0.6)))
+                .seen_from(Frame::Tip(right)),
+        ];
+        let mut q = inside(&model, 500 + seed);
+        let answer = search.reach(&robot, &goals[..2], &Effort::default(), &mut q).unwrap();
+        assert_eq!(answer.outcome, Outcome::Met, "{seed}");
+        let Y = tips(&mut robot, &q, &[left, right]);
+        let (p, R) = apart(&(Y[0].inverse() * Y[1]), &apart_wanted);
+        assert!(p <= 2e-9 && R <= 2e-8, "{p:e} {R:e}");
+        assert!((Y[0].position - X[0].position).norm() <= 2e-9);
+        // With the head, which may have to stay short of it.
+        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        let Y = tips(&mut robot, &q, &[left, right, neck]);
+        let look = (Y[1].position - Y[2].position).normalize();
+        let off = (Y[2].rotation * Vec3::x()).angle(&look);
+        let short = search.residuals()[2].orientation;
+        assert!((short - (off - 0.6).max(0.0)).abs() < 1e-7, "{short} {off}");
+        assert_eq!(
+            answer.outcome == Outcome::Met,
+            search.residuals().iter().all(|r| r.position <= 1e-9 && r.orientation <= 1e-9)
+        );
+    }
+    // Kept degrees of freedom stay; a goal in the base moves with what carries it.
+    search.keep(&waist).unwrap();
+    let start = inside(&model, 3);
+    robot.set_q(&start).unwrap();
+    let X = robot.tip_pose(left).unwrap();
+    let base = robot.base_pose(left).unwrap().inverse() * X;
+    let near = Goal::pose(Pose::new(base.rotation, base.position * 0.98));
+    let mut q = start.clone();
+    let goal = [TipGoal::new(left, near).seen_from(Frame::Base)];
+    assert_eq!(
+        search.reach(&robot, &goal, &Effort::default(), &mut q).unwrap().outcome,
+        Outcome::Met
+    );
+    assert!(waist.iter().all(|d| q[*d] == start[*d]));
+    let right_arm = model.dofs(right).unwrap();
+    assert!(right_arm.iter().all(|d| q[*d] == start[*d]), "nothing asked it to move");
+    // The same by the chain alone.
+    let mut alone = start.clone();
+    robot.reach(left, &near, Frame::Base, &Effort::default(), &mut alone).unwrap();
+    robot.set_q(&alone).unwrap();
+    let (p, R) = apart(
+        &(robot.base_pose(left).unwrap().inverse() * robot.tip_pose(left).unwrap()),
+        &near_pose(&near),
+    );
+    assert!(p <= 2e-9 && R < 2e-8);
+    // And seen from a hand that stands still.
+    let seen = tips(&mut robot, &start, &[right])[0].inverse() * X;
+    let mut alone = start.iter().map(|x| x * 0.97).collect::<Vec<f64>>();
+    for d in waist.iter().chain(right_arm) {
+        alone[*d] = start[*d];
+    }
+    let answer =
+        robot.reach(left, &Goal::pose(seen), Frame::Tip(right), &Effort::default(), &mut alone);
+    assert_eq!(answer.unwrap().outcome, Outcome::Met);
+    let (p, R) = apart(&tips(&mut robot, &alone, &[left])[0], &X);
+    assert!(p <= 2e-9 && R < 2e-8);
+}
+
+fn near_pose(goal: &Goal) -> Pose {
+    Pose::new(goal.orientation.unwrap(), goal.position.unwrap())
+}
+
+/// Both hands on a box, and how they are apart: the right as the left sees it.
+fn held(model: &Arc<RobotModel>) -> (Robot, Pose) {
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(model);
+    let mut search = WholeReach::new(&robot, 2);
+    let turn = |a: f64| Quat::from_scaled_axis(Vec3::z() * a);
+    let at = |y: f64, a: f64| Goal::pose(Pose::new(turn(a), Vec3::new(0.5, y, 1.25)));
+    let goals = [TipGoal::new(left, at(0.15, -1.0)), TipGoal::new(right, at(-0.15, 1.0))];
+    let mut q = model.multibody().neutral_q();
+    let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+    assert_eq!(answer.outcome, Outcome::Met);
+    robot.set_q(&q).unwrap();
+    let object = model.object("box").unwrap();
+    robot.put(object, Pose::translation(0.52, 0.0, 1.25)).unwrap();
+    robot.grasp(left, object, Grasp::Here).unwrap();
+    robot.grasp(right, object, Grasp::Here).unwrap();
+    let X = tips(&mut robot, &q, &[left, right]);
+    let between = X[0].inverse() * X[1];
+    (robot, between)
+}
+
+#[test]
+fn what_two_hands_hold_stays_held() {
+    let model = torso();
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let (mut robot, between) = held(&model);
+    let mut search = WholeReach::new(&robot, 2);
+    let home = robot.q().to_vec();
+    let X = robot.tip_pose(left).unwrap();
+    let (mut met, mut nearest) = (0, 0);
+    for k in 0..24 {
+        let a = f64::from(k) * 0.26;
+        // Every third out of reach.
+        let far = if k % 3 == 2 { 1.6 } else { 0.08 };
+        let shift = Vec3::new(far * a.cos(), far * a.sin(), 0.3 * far);
+        let goal = Goal::pose(Pose::new(X.rotation, X.position + shift));
+        let mut q = if k % 2 == 0 { home.clone() } else { inside(&model, k as u64) };
+        let goals = [TipGoal::new(left, goal)];
+        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        let own = robot.q().to_vec();
+        let Y = tips(&mut robot, &q, &[left, right]);
+        let (p, R) = apart(&(Y[0].inverse() * Y[1]), &between);
+        assert!(p <= 2e-9 && R <= 2e-8, "{k}: {p:e} {R:e}");
+        assert!(within(&model, &q));
+        let (p, R) = apart(&Y[0], &near_pose(&goal));
+        match answer.outcome {
+            Outcome::Met => {
+                met += 1;
+                assert!(p <= 2e-9 && R <= 2e-8);
+            }
+            _ => {
+                nearest += 1;
+                assert!((p - answer.residual.position).abs() < 1e-12);
+                // A minimum among what is closed: no small motion that keeps both hands closed is nearer.
+                let cost = |q: &[f64], robot: &mut Robot| {
+                    let (p, R) = apart(&tips(robot, q, &[left])[0], &near_pose(&goal));
+                    p * p + R * R
+                };
+                let least = cost(&q, &mut robot);
+                let mut closer = search.clone();
+                for seed in 0..20 {
+                    let mut other: Vec<f64> = q
+                        .iter()
+                        .zip(model.multibody().random_v(seed))
+                        .map(|(q, v)| q + 1e-2 * v)
+                        .collect();
+                    clamp(&model, &mut other);
+                    robot.set_q(&own).unwrap();
+                    closer.reach(&robot, &[], &Effort::default(), &mut other).unwrap();
+                    let there = cost(&other, &mut robot);
+                    assert!(there >= least - 1e-9, "{k}, {seed}: {there} {least}");
+                }
+            }
+        }
+        assert_eq!(search.closures().next().unwrap().0, Closure::Hands { object: 0 });
+        robot.set_q(&own).unwrap();
+    }
+    println!("{met} met, {nearest} nearest");
+    assert!(met >= 12 && nearest >= 8, "{met} {nearest}");
+    // An estimator moves the grasp: the search knows.
+    let object = model.object("box").unwrap();
+    let hold = robot.hold(object).unwrap().unwrap();
+    robot.set_q(&home).unwrap();
+    robot.update_grasp(left, object, hold.hand.1 * Pose::translation(0.01, 0.0, 0.0)).unwrap();
+    robot.release(right, object).unwrap();
+    let mut q = home.clone();
+    search.reach(&robot, &[TipGoal::new(left, Goal::pose(X))], &Effort::default(), &mut q).unwrap();
+    assert_eq!(search.closures().count(), 0, "one hand holds nothing closed");
+}
+
+#[test]
+fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
+    let model = torso();
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let (mut robot, grasp) = held(&model);
+    let mut q = robot.q().to_vec();
+    let mut search = WholeReach::new(&robot, 1);
+    let all: Vec<usize> = (0..model.nv()).collect();
+    search.keep(&all).unwrap();
+    let wrist = *model.dofs(right).unwrap().last().unwrap();
+    search.release(&[wrist]).unwrap();
+    // The left arm elsewhere: only the wrist may turn, the gap stays.
+    let shoulder = model.dofs(left).unwrap()[0];
+    q[shoulder] += 0.2;
+    let before = q.clone();
+    let error = search.reach(&robot, &[], &Effort::default(), &mut q).unwrap_err();
+    let RobotError::DoesNotClose { closure, position, orientation } = error else {
+        panic!("{error}")
+    };
+    assert_eq!(closure, Closure::Hands { object: 0 });
+    assert!(error.to_string().starts_with("the grasp of object 0 by two hands does not close"));
+    let X = tips(&mut robot, &q, &[left, right]);
+    let (p, R) = apart(&(X[0].inverse() * X[1]), &grasp);
+    assert!(
+        (p - position).abs() < 1e-9 && (R - orientation).abs() < 1e-7,
+        "{p} {position} {R} {orientation}"
+    );
+    // Least over the wrist.
+    let off = |x: f64, robot: &mut Robot| {
+        let mut q = before.clone();
+        q[wrist] = x;
+        let X = tips(robot, &q, &[left, right]);
+        let (p, R) = apart(&(X[0].inverse() * X[1]), &grasp);
+        p * p + R * R
+    };
+    let got = off(q[wrist], &mut robot);
+    let least =
+        (-2600..=2600).map(|k| off(f64::from(k) * 1e-3, &mut robot)).fold(f64::INFINITY, f64::min);
+    assert!(got <= least + 1e-12, "{got} {least}");
+    assert!(p > 0.05, "{p}");
+}
+
+#[test]
+fn the_same_whatever_was_before_and_in_portions() {
+    let model = torso();
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let (robot, _) = held(&model);
+    let goals = |k: u32| {
+        let p = Vec3::new(0.5 + 0.9 * f64::from(k % 2), 0.1 * f64::from(k), 1.2);
+        [TipGoal::new(left, Goal::position(p))]
+    };
+    let mut used = WholeReach::new(&robot, 1);
+    for k in 0..4 {
+        let mut a = inside(&model, k.into());
+        let (mut b, mut c) = (a.clone(), a.clone());
+        let once = used.reach(&robot, &goals(k), &Effort::default(), &mut a).unwrap();
+        let mut fresh = WholeReach::new(&robot, 1);
+        fresh.begin(&robot, &goals(k), &Effort::default(), &b).unwrap();
+        let mut whole = robot.clone();
+        loop {
+            let answer = fresh.go_on(3, &mut b).unwrap();
+            // Other calls in between; a clone goes on as this one.
+            whole.tip_pose(right).unwrap();
+            fresh = fresh.clone();
+            if answer.outcome != Outcome::Unfinished {
+                assert_eq!(answer, once);
+                break;
+            }
+        }
+        let again = used.clone().reach(&robot, &goals(k), &Effort::default(), &mut c).unwrap();
+        assert_eq!((&a, &a, once), (&b, &c, again));
+    }
+}
+
+#[test]
+fn the_best_of_what_is_met_is_the_same_along_the_null_space() {
+    let model = torso();
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let (mut robot, between) = held(&model);
+    let mut search = WholeReach::new(&robot, 1);
+    let X = robot.tip_pose(left).unwrap();
+    let goals = [TipGoal::new(left, Goal::position(X.position + Vec3::new(0.03, 0.02, 0.04)))];
+    let home = robot.q().to_vec();
+    let cost = |q: &[f64]| -> f64 {
+        let subhinges = model.multibody().subhinges();
+        let each = subhinges.map(|(_, s)| {
+            let l = s.subhinge.limits;
+            0.5 * ((q[s.q.start] - 0.5 * (l.lower + l.upper)) / (l.upper - l.lower)).powi(2)
+        });
+        each.sum()
+    };
+    let mut plain = home.clone();
+    search.reach(&robot, &goals, &Effort::default(), &mut plain).unwrap();
+    let mut last = f64::INFINITY;
+    for starts in [1, 6] {
+        let mut q = home.clone();
+        let prefer = Prefer::centred().starts(starts);
+        let best = search.best(&mut robot, &goals, &prefer, &Effort::default(), &mut q).unwrap();
+        assert_eq!(best.outcome, Outcome::Met);
+        assert!((best.cost - cost(&q)).abs() < 1e-12 && best.cost <= last);
+        assert!(best.cost < 0.9 * cost(&plain), "{} {}", best.cost, cost(&plain));
+        let own = robot.q().to_vec();
+        let Y = tips(&mut robot, &q, &[left, right]);
+        let (p, R) = apart(&(Y[0].inverse() * Y[1]), &between);
+        assert!(p <= 2e-9 && R <= 2e-8 && within(&model, &q), "{p:e} {R:e}");
+        assert!((Y[0].position - near(&goals[0])).norm() <= 2e-9);
+        robot.set_q(&own).unwrap();
+        last = best.cost;
+    }
+    // Farther from singular configurations of the chain.
+    let w = |robot: &mut Robot, q: &[f64]| {
+        robot.set_q(q).unwrap();
+        robot.manipulability(left, Rows::All { length: 1.0 }, None).unwrap().w
+    };
+    let mut q = home.clone();
+    let best = search
+        .best(&mut robot, &goals, &Prefer::manipulable(), &Effort::default(), &mut q)
+        .unwrap();
+    let (before, after) = (w(&mut robot, &plain), w(&mut robot, &q));
+    assert!((best.cost + after.ln()).abs() < 1e-9 && after > 1.1 * before, "{before} {after}");
+}
+
+fn near(goal: &TipGoal) -> Vec3 {
+    goal.goal.position.unwrap()
+}
+
+#[test]
+fn mistakes_are_refused_and_q_is_left_alone() {
+    let model = torso();
+    let [left, ends] = ["left", "ends"].map(|p| model.part(p).unwrap());
+    let robot = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 1);
+    let ok = TipGoal::new(left, Goal::position(Vec3::new(0.5, 0.2, 1.2)));
+    let home = model.multibody().neutral_q();
+    let mut q = home.clone();
+    let normal = Effort::default();
+    assert!(matches!(search.go_on(5, &mut q), Err(RobotError::NoSearch { .. })));
+    let mut refuse = |goals: &[TipGoal], start: &[f64]| {
+        let mut q = start.to_vec();
+        let e = search.reach(&robot, goals, &normal, &mut q).unwrap_err();
+        assert!(start.iter().zip(&q).all(|(a, b)| a.to_bits() == b.to_bits()));
+        e
+    };
+    let room = refuse(&[ok, ok], &home);
+    assert_eq!(room, RobotError::NoRoom { what: "goals", wanted: 2, room: 1 });
+    let itself = refuse(&[ok.seen_from(Frame::Tip(left))], &home).to_string();
+    assert!(itself.contains("tip seen from itself"), "{itself}");
+    assert!(matches!(refuse(&[TipGoal { part: ends, ..ok }], &home), RobotError::NotAChain { .. }));
+    assert!(matches!(
+        refuse(&[ok.seen_from(Frame::Tip(ends))], &home),
+        RobotError::NotAChain { .. }
+    ));
+    let nothing = TipGoal { goal: Goal::NOTHING, ..ok };
+    assert!(matches!(refuse(&[nothing], &home), RobotError::OutOfRange { .. }));
+    let mut outside = home.clone();
+    outside[2] = 3.0;
+    assert!(matches!(refuse(&[ok], &outside), RobotError::OutsideLimits { value: 3.0, .. }));
+    assert!(matches!(refuse(&[ok], &home[1..]), RobotError::Length { .. }));
+    outside[2] = f64::NAN;
+    assert!(matches!(refuse(&[ok], &outside), RobotError::NotFinite { index: 2, .. }));
+    let other = Robot::new(&torso());
+    assert!(matches!(search.begin(&other, &[ok], &normal, &home), Err(RobotError::ForeignHandle)));
+    assert!(search.keep(&[99]).unwrap_err().to_string().contains("below nv"));
+    let loose = Effort { tolerances: [0.0, 1e-9], ..normal };
+    assert!(search.reach(&robot, &[], &loose, &mut q).is_err());
+    let mut robot = robot;
+    let none = Prefer { centred: 0.0, ..Prefer::centred() };
+    assert!(search.best(&mut robot, &[ok], &none, &normal, &mut q).is_err());
+    // One chain alone: a frame that moves with it.
+    let trunk = model.part("trunk").unwrap();
+    let told = robot.reach(trunk, &ok.goal, Frame::Tip(left), &normal, &mut q).unwrap_err();
+    assert!(told.to_string().contains("moves with the chain"), "{told}");
+}
+
+/// Efforts of all sizes, tolerances that nothing meets, goals within reach and out of it, of one chain and of the whole: none takes more than was said.
+#[test]
+fn no_search_takes_more_steps_than_the_worst_case() {
+    let model = torso();
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let (mut robot, _) = held(&model);
+    let free = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 2);
+    let mut share = [0.0_f64; 2];
+    for k in 0..48 {
+        let tolerances = [[1e-9; 2], [1e-3; 2], [1e-15; 2], [1e-300; 2]][k % 4];
+        let [steps, restarts] = [[1, 0], [3, 2], [100, 1], [0, 0], [20, 9]][k % 5];
+        let effort = Effort { tolerances, steps, restarts, kinematics: usize::MAX };
+        let X = tips(&mut robot.clone(), &inside(&model, k as u64), &[left, right]);
+        let far = if k % 3 == 0 { 2.0 } else { 0.0 };
+        let at = Pose::new(X[0].rotation, X[0].position + Vec3::x() * far);
+        let goal = Goal::pose(at).weights(1.0, 0.2);
+        let start = inside(&model, 100 + k as u64);
+        let mut q = start.clone();
+        let answer = robot.reach(left, &goal, Frame::World, &effort, &mut q).unwrap();
+        let most = effort.worst_case_steps(&goal);
+        assert!(answer.kinematics <= most, "{k}: {} of {most}", answer.kinematics);
+        share[0] = share[0].max(answer.kinematics as f64 / most as f64);
+        // The whole, with nothing held and with the box.
+        let goals = [TipGoal::new(left, goal), TipGoal::new(right, Goal::pose(X[1]))];
+        for (robot, goals) in [(&free, &goals[..]), (&robot, &goals[..1])] {
+            let mut q = start.clone();
+            search.begin(robot, goals, &effort, &q).unwrap();
+            let (mut took, most) = (0, search.worst_case_steps(goals, &effort));
+            while let Ok(Answer { outcome: Outcome::Unfinished, .. }) = search.go_on(1, &mut q) {
+                took += 1;
+                assert!(took <= most, "{k}: {most}");
+            }
+            share[1] = share[1].max(f64::from(took as u32) / most as f64);
+        }
+    }
+    println!("shares of the worst case: {share:?}");
+    assert!(share[0] > 0.1, "a bound that says something: {share:?}");
+    // Numbers that no computer counts to are no overflow.
+    let endless = Effort { steps: usize::MAX, restarts: usize::MAX, ..Effort::default() };
+    assert_eq!(endless.worst_case_steps(&Goal::position(Vec3::x())), usize::MAX);
+    let default = Effort::default().worst_case_steps(&Goal::pose(Pose::identity()));
+    assert!(default < 30_000, "{default}");
+}
+
+/// An arm whose last pin mimics two others, so that its hand stays level, on a turning base, beside an arm of its own; and a lever of four bars.
+const LEVEL: &str = r#"<robot name="level"><link name="floor"/>{links}
+  <joint name="turn" type="revolute"><parent link="floor"/><child link="turner"/><axis xyz="0 0 1"/>{limit}</joint>
+  <joint name="lift" type="revolute"><parent link="turner"/><child link="upper"/><axis xyz="0 1 0"/>{limit}</joint>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>{limit}</joint>
+  <joint name="wrist" type="revolute"><parent link="lower"/><child link="hand"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>{limit}
+    <mimic joint="bend" multiplier="-1" offset="0.2"/></joint>
+  <joint name="other" type="revolute"><parent link="turner"/><child link="arm"/><origin xyz="0 0.3 0"/><axis xyz="0 1 0"/>{limit}</joint>
+  <joint name="fore" type="revolute"><parent link="arm"/><child link="tool"/><origin xyz="0.3 0 0"/><axis xyz="0 1 0"/>{limit}</joint>
+</robot>"#;
+
+fn level() -> formats::Description {
+    let names = ["turner", "upper", "lower", "hand", "arm", "tool"];
+    let link = |n: &&str| {
+        format!(
+            "<link name='{n}'><inertial><mass value='1'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' \
+             ixz='0' iyz='0'/></inertial></link>"
+        )
+    };
+    let links: String = names.iter().map(link).collect();
+    let limit = "<limit lower='-2' upper='2' effort='9' velocity='1'/>";
+    let text = LEVEL.replace("{links}", &links).replace("{limit}", limit);
+    let options = formats::ReadOptions { root: formats::Root::Fixed, ..Default::default() };
+    formats::read_text(&text, &options).unwrap()
+}
+
+#[test]
+fn joints_that_mimic_others_stay_coupled() {
+    let d = level();
+    let refused = ModelSpec::from_description(&d).unwrap_err().to_string();
+    assert!(refused.contains("coupling"), "{refused}");
+    let mut spec = ModelSpec::with_closures(&d);
+    spec.parts.push(PartSpec::chain("arm", "floor", "hand"));
+    spec.parts.push(PartSpec::chain("other", "turner", "tool"));
+    let strict = ModelSpec { closures: Closures::Refused, ..spec.clone() };
+    assert!(RobotModel::new(&strict).unwrap_err().to_string().contains("Closures::Kept"));
+    let model = RobotModel::new(&spec).unwrap();
+    let [arm, other] = ["arm", "other"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 2);
+    let at = |joint: &str| model.coordinate(joint).unwrap().0;
+    let [bend, wrist] = [at("bend"), at("wrist")];
+    let coupled = |q: &[f64]| (q[wrist] + q[bend] - 0.2).abs();
+    for seed in 0..20 {
+        let mut there = inside(&model, seed);
+        there[wrist] = 0.2 - there[bend];
+        let X = tips(&mut robot, &there, &[arm, other]);
+        let goals = [
+            TipGoal::new(arm, Goal::position(X[0].position)),
+            TipGoal::new(other, Goal::position(X[1].position)),
+        ];
+        let mut q = inside(&model, 50 + seed);
+        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        assert_eq!(answer.outcome, Outcome::Met, "{seed}");
+        assert!(coupled(&q) <= 1.1e-9, "{:e}", coupled(&q));
+        for (Y, X) in tips(&mut robot, &q, &[arm, other]).iter().zip(&X) {
+            assert!((Y.position - X.position).norm() <= 1.1e-9);
+        }
+        assert_eq!(search.closures().next().unwrap().0, Closure::Coupling { index: 0 });
+        // Out of reach: the nearest is coupled.
+        let far = [TipGoal::new(arm, Goal::position(Vec3::new(2.0, 0.3, 0.4)))];
+        let answer = search.reach(&robot, &far, &Effort::default(), &mut q).unwrap();
+        assert!(answer.outcome == Outcome::Nearest && coupled(&q) <= 1.1e-9);
+        // Stretched: the hand is 0.9 m from the axis of the base, at most.
+        assert!((answer.residual.position - (Vec3::new(2.0, 0.3, 0.4).norm() - 0.9)).abs() < 1e-9);
+    }
+    // The arm alone would open it; the other moves alone, to the same bits as where nothing is coupled.
+    let mut q = model.multibody().neutral_q();
+    q[wrist] = 0.2;
+    let goal = Goal::position(Vec3::new(0.3, 0.3, -0.2));
+    let told = robot.reach(arm, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
+    let opens = |what| RobotError::OpensClosure { what, closure: Closure::Coupling { index: 0 } };
+    assert_eq!(told, opens("a search of one chain"));
+    assert!(told.to_string().contains("a search of one chain knows nothing of coupling 0"));
+    let mut free = ModelSpec { closures: Closures::Refused, ..spec.clone() };
+    free.mechanism.couplings_mut().clear();
+    let free = RobotModel::new(&free).unwrap();
+    let (mut alone, mut same) = (q.clone(), q.clone());
+    let a = robot.reach(other, &goal, Frame::World, &Effort::default(), &mut alone).unwrap();
+    let part = free.part("other").unwrap();
+    let mut tree = Robot::new(&free);
+    let b = tree.reach(part, &goal, Frame::World, &Effort::default(), &mut same).unwrap();
+    assert_eq!((a, &alone), (b, &same));
+    // What else would open it says so; kinematics and forces are the tree's.
+    let nv = model.nv();
+    let zero = vec![0.0; nv];
+    let twist = spatial::Motion::zero();
+    assert_eq!(
+        robot.rates(arm, &twist, &mut zero.clone()).unwrap_err(),
+        opens("a rate of one tip")
+    );
+    assert_eq!(Planner::new(&robot, arm, 50).unwrap_err(), opens("a planned way"));
+    assert!(Planner::new(&robot, other, 50).is_ok());
+    assert_eq!(TaskSpace::new(&robot, &[arm]).unwrap_err(), opens("operational space"));
+    assert_eq!(Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(), opens("a timed way"));
+    let mut control = RateControl::new(&robot, 1, 0);
+    let guards = Guards { horizon: 0.1, manipulable: &[] };
+    let wish = [Wish::new(0, Aim::Posture(&zero))];
+    let told = control.solve(&mut robot, &wish, &guards, &mut zero.clone(), &mut [0.0]);
+    assert_eq!(told.unwrap_err(), opens("a control of rates"));
+    let mut body = WholeBody::new(&robot, 0, 1);
+    let out = (&mut zero.clone()[..], &mut zero.clone()[..], &mut [][..]);
+    let told = body.solve(&mut robot, &zero, &[], &wish, &zero, out);
+    assert_eq!(told.unwrap_err(), opens("a control of forces"));
+    let mut memory = Predictor::new(&robot);
+    let (mut p, mut v, mut P) = (q.clone(), zero.clone(), vec![0.0; 4 * nv * nv]);
+    let state = dynamics::Known { q: &mut p, v: &mut v, covariance: &mut P };
+    let told = robot.predict(&mut memory, state, &zero, &[], 1e-3);
+    assert_eq!(told.unwrap_err(), opens("a prediction"));
+    let mut transfer = Transfer::new(&robot);
+    let still = MotionState { q: &q, v: &zero, vdot: &zero };
+    let limits = MotionLimits::of(&model).acceleration(1.0).jerk(1.0);
+    assert_eq!(transfer.plan(&still, &still, &limits).unwrap_err(), opens("a transfer"));
+    let mut next = q.clone();
+    (next[bend], next[wrist]) = (0.5, -0.3);
+    assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap(), Path::Free);
+    next[wrist] = 0.0;
+    assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap_err(), opens("a straight way"));
+    let (mut tau, mut other_tau) = (zero.clone(), zero.clone());
+    robot.set_q(&q).unwrap();
+    tree.set_q(&q).unwrap();
+    robot.gravity_forces(&mut tau).unwrap();
+    tree.gravity_forces(&mut other_tau).unwrap();
+    assert_eq!(tau, other_tau);
+}
+
+#[test]
+fn loops_of_the_mechanism_stay_closed() {
+    let mut m = Builder::new();
+    let pin = || Hinge::pin(Vec3::y()).limits(Limits::position(-2.8, 2.8));
+    let x = |d: f64| Pose::translation(d, 0.0, 0.0);
+    m.body(BodySpec::new("waist", "world").hinge(Hinge::pin(Vec3::z())));
+    m.body(BodySpec::new("crank", "waist").hinge(pin()));
+    m.body(BodySpec::new("coupler", "crank").hinge_in_parent(x(0.3)).hinge(pin()));
+    m.body(BodySpec::new("rocker", "waist").hinge_in_parent(x(0.7)).hinge(pin()));
+    m.body(BodySpec::new("finger", "coupler").hinge_in_parent(x(0.9)));
+    m.loop_closure(multibody::LoopClosure {
+        name: "knee".into(),
+        body_a: "coupler".into(),
+        frame_a: x(0.8),
+        body_b: "rocker".into(),
+        frame_b: x(0.6),
+        hinge: Hinge::pin(Vec3::y()),
+    });
+    let parts = vec![
+        PartSpec::chain("lever", "waist", "finger"),
+        PartSpec::chain("turn", "world", "waist"),
+    ];
+    let spec = ModelSpec { mechanism: m, parts, closures: Closures::Kept, ..ModelSpec::default() };
+    let model = RobotModel::new(&spec).unwrap();
+    let [lever, turn] = ["lever", "turn"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let mut search = WholeReach::new(&robot, 1);
+    let body = |n: &str| model.multibody().body(n).unwrap();
+    let gap = |robot: &mut Robot, q: &[f64]| {
+        robot.set_q(q).unwrap();
+        let ends = [("coupler", 0.8), ("rocker", 0.6)];
+        let [a, b] = ends.map(|(n, d)| robot.body_pose(body(n)).transform_point(&(Vec3::x() * d)));
+        (a - b).norm()
+    };
+    let mut met = 0;
+    for seed in 0..20 {
+        let mut there = inside(&model, seed);
+        search.reach(&robot, &[], &Effort::default(), &mut there).unwrap();
+        assert!(gap(&mut robot, &there) <= 1.1e-9);
+        let X = tips(&mut robot, &there, &[lever])[0];
+        let mut q = inside(&model, 70 + seed);
+        let goal = [TipGoal::new(lever, Goal::position(X.position))];
+        let answer = search.reach(&robot, &goal, &Effort::default(), &mut q).unwrap();
+        met += usize::from(answer.outcome == Outcome::Met);
+        assert!(gap(&mut robot, &q) <= 1.1e-9);
+        let Y = tips(&mut robot, &q, &[lever])[0];
+        assert!(((Y.position - X.position).norm() - answer.residual.position).abs() < 1e-12);
+    }
+    assert!(met >= 18, "{met}");
+    let mut q = model.multibody().neutral_q();
+    let goal = Goal::position(Vec3::new(0.5, 0.1, 0.2));
+    let told = robot.reach(lever, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
+    let closure = Closure::Loop { index: 0 };
+    assert_eq!(told, RobotError::OpensClosure { what: "a search of one chain", closure });
+    // What the whole loop stands on moves alone, and straight.
+    let ahead = Goal::pointing(Pointing::along(Vec3::x(), Vec3::new(0.6, 0.8, 0.0)));
+    assert_eq!(
+        robot.reach(turn, &ahead, Frame::World, &Effort::default(), &mut q).unwrap().outcome,
+        Outcome::Met
+    );
+    let still = model.multibody().neutral_q();
+    assert_eq!(robot.path_free(&still, &q, 1e-3).unwrap(), Path::Free);
+    let mut open = q.clone();
+    open[model.multibody().hinge("rocker").unwrap().start] = 0.3;
+    assert!(matches!(robot.path_free(&q, &open, 1e-3), Err(RobotError::OpensClosure { .. })));
+    // A loop that is moved by who knows whom is refused.
+    let mut moved = spec.clone();
+    moved.mechanism.loops_mut()[0].hinge = Hinge::pin(Vec3::y()).prescribed();
+    let told = RobotModel::new(&moved).unwrap_err().to_string();
+    assert!(told.contains("the motion across loop `knee`"), "{told}");
+}

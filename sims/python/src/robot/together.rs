@@ -1,0 +1,240 @@
+//! Inverse kinematics of several tips of `Robot` at once.
+use super::search::{InverseKinematicsSearch, Now, ended};
+use super::{Given, Robot, above_zero, base};
+use crate::array::{Array1, out1};
+use crate::collisions::Collisions;
+use crate::core::lock;
+use crate::error::{refuse, refuse_with};
+use crate::inverse_kinematics::targets_of;
+use linkwork_embedded::{
+    Answer, Effort, Frame, Goal, Outcome, Prefer, Residual, RobotError, TipGoal, WholeReach,
+};
+use pyo3::prelude::*;
+
+/// What is asked, and the search for it.
+struct Asked {
+    /// Of whom messages speak.
+    name: String,
+    goals: Vec<TipGoal>,
+    search: WholeReach,
+    q: Vec<f64>,
+}
+
+impl Collisions {
+    fn ask_together(
+        &self,
+        targets: Given<'_, '_>,
+        q: Option<Given<'_, '_>>,
+        in_base: Option<Vec<String>>,
+        keep: Option<Vec<String>>,
+    ) -> PyResult<Asked> {
+        let (mut goals, mut names) = (Vec::new(), Vec::new());
+        let in_base = in_base.unwrap_or_default();
+        for name in &in_base {
+            self.part(name)?;
+        }
+        for target in targets_of(targets)? {
+            let (name, seen_from, goal) = target.parts();
+            let part = self.part(name)?;
+            let own_base = in_base.iter().any(|b| b == name);
+            let frame = match (seen_from, own_base) {
+                (None, false) => Frame::World,
+                (None, true) => Frame::Base,
+                (Some(other), false) => Frame::Tip(self.part(other)?),
+                (Some(_), true) => {
+                    let fact = format!("the goal of `{name}` is seen from its base and from a tip");
+                    return Err(refuse_with(
+                        fact,
+                        "leave out `relative_to`, or the part in `in_base`",
+                    ));
+                }
+            };
+            goals.push(TipGoal { part, goal, frame });
+            names.push(format!("`{name}`"));
+        }
+        let name = match &names[..] {
+            [] => "what is held comes".to_owned(),
+            [one] => format!("the tip of {one} comes"),
+            all => format!("the tips of {} come", all.join(", ")),
+        };
+        let mut search = WholeReach::new(&lock(&self.robot), goals.len());
+        for kept in keep.unwrap_or_default() {
+            for body in self.model.bodies(self.part(&kept)?).map_err(refuse)? {
+                let dofs: Vec<usize> = self.model.multibody().get(*body).v().collect();
+                search.keep(&dofs).map_err(refuse)?;
+            }
+        }
+        Ok(Asked { name, goals, search, q: self.q_or_own(q)? })
+    }
+}
+
+fn effort_of(tolerances: [f64; 2], steps: usize, restarts: usize) -> PyResult<Effort> {
+    above_zero("position_tolerance", tolerances[0])?;
+    above_zero("orientation_tolerance", tolerances[1])?;
+    Ok(Effort { tolerances, steps, restarts, kinematics: 0 })
+}
+
+impl Asked {
+    /// Begun, and not gone on with.
+    fn begin(mut self, own: &Collisions, effort: &Effort) -> PyResult<InverseKinematicsSearch> {
+        self.search.begin(&lock(&own.robot), &self.goals, effort, &self.q).map_err(refuse)?;
+        let residual = Residual { position: 0.0, orientation: 0.0 };
+        let answer = Answer { outcome: Outcome::Unfinished, residual, kinematics: 0, restart: 0 };
+        let now = Now::of(self.q, answer);
+        Ok(InverseKinematicsSearch::whole(self.name, self.search, now))
+    }
+}
+
+#[pymethods]
+impl Robot {
+    /// A configuration (nq,) in which several tips are where they are to be at once, within limits, from q (nq,; None: the robot's own) on, with all that carries them: a torso with both arms. What two hands hold is held in it,
+    /// held in q or not. The robot's own q does not change.
+    ///
+    /// targets: {part: at}, at as of `inverse_kinematics` (m and rad), in the world; or a list of `Target` with parts for frames: `relative_to` is a part at whose tip the target is seen, wherever that goes. Targets of parts in `in_base` are seen from their
+    /// bases. The hinges of parts in `keep` stay. Without targets what is held closes alone. Tolerances, steps and restarts as of `inverse_kinematics`.
+    /// Raises LinkworkError when no start led there: its attribute `q` is then the nearest configuration in which all is held, `residual` (m, rad) the greatest distances; where what two hands hold cannot be held, `q` has it least open and
+    /// `residual` says how far.
+    ///
+    /// >>> torso = linkwork.Builder().body("chest", "world", linkwork.Hinge.pin([0, 0, 1]).limits(-1, 1), mass=5)
+    /// >>> for side, y in [("left", 0.2), ("right", -0.2)]:
+    /// ...     parent = "chest"
+    /// ...     for k, axis in enumerate([[0, 0, 1], [0, 1, 0], [0, 1, 0]]):
+    /// ...         at = [0, y, 0.4] if k == 0 else [0.3, 0, 0] if k == 2 else [0, 0, 0]
+    /// ...         torso = torso.body(f"{side}{k}", parent, linkwork.Hinge.pin(axis).limits(-2, 2), mass=1, com=[0.1, 0, 0], hinge_in_parent=at)
+    /// ...         parent = f"{side}{k}"
+    /// ...     torso = torso.body(f"{side}_hand", parent, mass=0.1, hinge_in_parent=[0.3, 0, 0])
+    /// >>> two = linkwork.Robot(torso.build(), chains={side: ("chest", f"{side}_hand") for side in ["left", "right"]}, colliders=[])
+    /// >>> q = two.inverse_kinematics_together({"left": [0.4, 0.3, 0.2], "right": [0.45, -0.1, 0.3]}, q=[0.1] * 7)
+    /// >>> two.q = q
+    /// >>> two.tip_pose("left")[:3, 3].round(6).tolist(), two.tip_pose("right")[:3, 3].round(6).tolist()
+    /// ([0.4, 0.3, 0.2], [0.45, -0.1, 0.3])
+    /// >>> beside = linkwork.Target("right", [0.1, -0.2, 0], relative_to="left")
+    /// >>> two.q = two.inverse_kinematics_together([linkwork.Target("left", [0.4, 0.2, 0.3]), beside])
+    /// >>> seen = np.linalg.inv(two.tip_pose("left")) @ two.tip_pose("right")
+    /// >>> bool(np.allclose(seen[:3, 3], [0.1, -0.2, 0]))
+    /// True
+    #[pyo3(signature = (targets, q=None, *, in_base=None, keep=None, position_tolerance=1e-9, orientation_tolerance=1e-9, steps=100, restarts=64))]
+    #[allow(clippy::too_many_arguments)]
+    fn inverse_kinematics_together<'py>(
+        slf: &Bound<'py, Self>,
+        targets: Given<'_, 'py>,
+        q: Option<Given<'_, 'py>>,
+        in_base: Option<Vec<String>>,
+        keep: Option<Vec<String>>,
+        position_tolerance: f64,
+        orientation_tolerance: f64,
+        steps: usize,
+        restarts: usize,
+    ) -> PyResult<Array1<'py>> {
+        let (own, py) = (base(slf), slf.py());
+        let effort = effort_of([position_tolerance, orientation_tolerance], steps, restarts)?;
+        let asked = own.ask_together(targets, q, in_base, keep)?;
+        let name = asked.name.clone();
+        let search = asked.begin(own, &effort)?;
+        search.go_on(py, usize::MAX)?;
+        ended(py, &name, search.now(py))
+    }
+
+    /// The search of `inverse_kinematics_together`, with the same arguments, begun and not gone on with: `advance` of it does all the work, in portions of evaluations of the kinematics. It begins at q (nq,; None: the robot's own), m and rad, and knows what hands hold
+    /// now. Raises LinkworkError for what that refuses; that no start leads there is told by the search.
+    ///
+    /// >>> robot.q = [0.3, 0.3, 0.3]
+    /// >>> search = robot.begin_inverse_kinematics_together({"arm": [0.6, 0, 0.2]})
+    /// >>> while not search.advance(100):
+    /// ...     pass
+    /// >>> search
+    /// InverseKinematicsSearch(arm, met)
+    /// >>> len(search.residuals)
+    /// 1
+    #[pyo3(signature = (targets, q=None, *, in_base=None, keep=None, position_tolerance=1e-9, orientation_tolerance=1e-9, steps=100, restarts=64))]
+    #[allow(clippy::too_many_arguments)]
+    fn begin_inverse_kinematics_together<'py>(
+        slf: &Bound<'py, Self>,
+        targets: Given<'_, 'py>,
+        q: Option<Given<'_, 'py>>,
+        in_base: Option<Vec<String>>,
+        keep: Option<Vec<String>>,
+        position_tolerance: f64,
+        orientation_tolerance: f64,
+        steps: usize,
+        restarts: usize,
+    ) -> PyResult<InverseKinematicsSearch> {
+        let own = base(slf);
+        let effort = effort_of([position_tolerance, orientation_tolerance], steps, restarts)?;
+        own.ask_together(targets, q, in_base, keep)?.begin(own, &effort)
+    }
+
+    /// Of the configurations (nq,) that `inverse_kinematics_together` may find, the one that is liked best of those that `starts` searches find: (q, cost), with the cost of `inverse_kinematics_best` over all that moves, and w of each part that has
+    /// a target. Targets, q, in_base, keep: as there, m and rad; improve: evaluations of the kinematics for each solution, at most. Raises LinkworkError where no start led there, its attribute `q` the configuration
+    /// that came of the last one, and for weights that are negative or both zero.
+    ///
+    /// >>> first = robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
+    /// >>> best, cost = robot.inverse_kinematics_together_best({"arm": [0.6, 0, 0.2]}, q=[0.3, 0.3, 0.3])
+    /// >>> bool(cost <= 0.5 * ((first / 6) ** 2).sum())     # limits of −3 … 3 rad
+    /// True
+    #[pyo3(signature = (targets, q=None, *, centred=1.0, manipulable=0.0, length=1.0, starts=8, improve=400, in_base=None, keep=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn inverse_kinematics_together_best<'py>(
+        slf: &Bound<'py, Self>,
+        targets: Given<'_, 'py>,
+        q: Option<Given<'_, 'py>>,
+        centred: f64,
+        manipulable: f64,
+        length: f64,
+        starts: usize,
+        improve: usize,
+        in_base: Option<Vec<String>>,
+        keep: Option<Vec<String>>,
+    ) -> PyResult<(Array1<'py>, f64)> {
+        let (own, py) = (base(slf), slf.py());
+        super::count_of("starts", starts)?;
+        super::count_of("improve", improve)?;
+        let prefer = Prefer { centred, manipulable, length, starts, steps: improve };
+        let Asked { goals, mut search, mut q, .. } = own.ask_together(targets, q, in_base, keep)?;
+        let mut robot = lock(&own.robot).clone();
+        let found =
+            py.detach(|| search.best(&mut robot, &goals, &prefer, &Effort::default(), &mut q));
+        let error = match found {
+            Ok(best) if best.outcome == Outcome::Met => return Ok((out1(py, q), best.cost)),
+            Ok(_) => {
+                let fact = format!("none of {starts} starts leads there");
+                refuse_with(fact, "give more `starts`, another q, or ask for less")
+            }
+            Err(error @ RobotError::DoesNotClose { .. }) => refuse(error),
+            Err(error) => return Err(refuse(error)),
+        };
+        error.value(py).setattr("q", out1(py, q))?;
+        Err(error)
+    }
+
+    /// Evaluations of the kinematics after which `inverse_kinematics` has ended at the latest, or `inverse_kinematics_together` with together: whatever the robot, the start and the numbers, what a control loop may count on; most searches take
+    /// a hundredth of it. weight: the least one of any target (1 of `inverse_kinematics`). Tolerances in m and rad. Raises LinkworkError for tolerances and weights that are not above zero.
+    ///
+    /// >>> at_most = robot.worst_case_steps(steps=20, restarts=0)
+    /// >>> search = robot.begin_inverse_kinematics("arm", [5, 0, 0], q=[0.3, 0.3, 0.3], steps=20, restarts=0)
+    /// >>> search.advance(at_most), search.kinematics <= at_most < 300
+    /// (True, True)
+    #[pyo3(signature = (*, together=false, weight=1.0, position_tolerance=1e-9, orientation_tolerance=1e-9, steps=100, restarts=64))]
+    fn worst_case_steps(
+        slf: &Bound<'_, Self>,
+        together: bool,
+        weight: f64,
+        position_tolerance: f64,
+        orientation_tolerance: f64,
+        steps: usize,
+        restarts: usize,
+    ) -> PyResult<usize> {
+        above_zero("weight", weight)?;
+        let effort = effort_of([position_tolerance, orientation_tolerance], steps, restarts)?;
+        let goal = Goal::pose(linkwork_spatial::Pose::identity()).weights(weight, weight);
+        let own = base(slf);
+        let first = own.model.parts().next();
+        match first.filter(|_| together) {
+            None => Ok(effort.worst_case_steps(&goal)),
+            Some((part, _)) => {
+                let search = WholeReach::new(&lock(&own.robot), 0);
+                Ok(search.worst_case_steps(&[TipGoal::new(part, goal)], &effort))
+            }
+        }
+    }
+}
