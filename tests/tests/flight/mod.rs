@@ -6,6 +6,9 @@ mod balloon;
 mod check_cases;
 mod descent;
 mod entry;
+mod ephemeris;
+#[path = "../../common/kernel.rs"]
+mod kernel;
 mod lunar_landing;
 mod missions;
 mod orders;
