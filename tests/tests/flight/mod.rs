@@ -11,6 +11,7 @@ mod ephemeris;
 mod kernel;
 mod lunar_landing;
 mod missions;
+mod notices;
 mod orders;
 mod refusals;
 mod rendezvous;
