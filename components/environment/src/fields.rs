@@ -2,10 +2,12 @@
 //! `environment.exponential_atmosphere`, `environment.mars_sun`, `environment.fixed_sun`.
 
 use crate::air::{Exponential, point_mass};
-use crate::gravity::{around, from_centre};
+use crate::gravity::{around, from_centre, gradient_around};
 use crate::mars_sun::{MarsTime, days_since_j2000};
-use crate::planet::PlanetParams;
+use crate::planet::{Planet, PlanetParams};
 use linkwork_runtime::prelude::*;
+use linkwork_spatial::Mat3;
+use linkwork_world::gravity::point_mass_gradient;
 
 /// One acceleration everywhere.
 #[derive(Params, Clone, Debug)]
@@ -25,6 +27,9 @@ impl Gravity for UniformGravity {
     fn uniform(&self) -> Option<Vec3> {
         Some(self.0)
     }
+    fn gradient(&self, _: f64, _: Vec3) -> Option<Mat3> {
+        Some(Mat3::zeros())
+    }
 }
 
 /// The same gravity everywhere; right for a site of some kilometres.
@@ -42,25 +47,43 @@ pub struct PointMassGravityParams {
     /// Gravitational parameter; unwritten: Mars.
     #[param(unit = "m^3/s^2", default = 4.282_837_521_4e13, range = 0.0..)]
     pub mu: f64,
-    /// The planet, where W is a site on it; unwritten, or without a site: it is at the origin of W.
+    /// The planet; unwritten, or without a site: it is at the origin of W. How it turns is told to what asks for its axes (a magnetic
+    /// field).
     pub planet: Option<PlanetParams>,
 }
 
 /// Gravity of a point mass.
 pub struct PointMassGravity {
     mu: f64,
-    site: Option<Site>,
+    /// Where it is written.
+    planet: Option<Planet>,
+}
+
+impl PointMassGravity {
+    fn site_of(&self) -> Option<&Site> {
+        self.planet.as_ref()?.site.as_ref()
+    }
 }
 
 impl Gravity for PointMassGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-        around(self.site.as_ref(), p, |p| point_mass(self.mu, *p))
+        around(self.site_of(), p, |p| point_mass(self.mu, *p))
+    }
+    fn gradient(&self, _: f64, p: Vec3) -> Option<Mat3> {
+        let own = |p: &Vec3| point_mass_gradient(self.mu, p);
+        Some(gradient_around(self.site_of(), p, own))
     }
     fn scale(&self, _: f64, p: Vec3) -> f64 {
-        0.5 * from_centre(self.site.as_ref(), p)
+        0.5 * from_centre(self.site_of(), p)
+    }
+    fn planet_axes(&self, t: f64) -> Option<Quat> {
+        self.planet.as_ref().map(|planet| planet.axes_at(t))
+    }
+    fn epoch(&self) -> Option<&str> {
+        self.planet.as_ref()?.epoch.as_deref()
     }
     fn axes(&self) -> Axes {
-        Axes::of(self.site)
+        Axes::of(self.site_of().copied())
     }
 }
 
@@ -69,8 +92,8 @@ impl Gravity for PointMassGravity {
 impl Service for PointMassGravity {
     type Params = PointMassGravityParams;
     fn build(p: PointMassGravityParams, _: &Files) -> Result<Self, BuildError> {
-        let site = p.planet.as_ref().map_or(Ok(None), PlanetParams::site_about_z)?;
-        Ok(PointMassGravity { mu: p.mu, site })
+        let planet = p.planet.as_ref().map(PlanetParams::about_z).transpose()?;
+        Ok(PointMassGravity { mu: p.mu, planet })
     }
 }
 
@@ -317,6 +340,6 @@ mod tests {
         let p = UniformGravityParams { acceleration: Vec3::new(0.0, 0.0, -1.62) };
         let g = UniformGravity::build(p, &Files::default()).unwrap();
         assert_eq!(g.uniform(), Some(Vec3::new(0.0, 0.0, -1.62)));
-        assert!(PointMassGravity { mu: 1.0, site: None }.uniform().is_none());
+        assert!(PointMassGravity { mu: 1.0, planet: None }.uniform().is_none());
     }
 }

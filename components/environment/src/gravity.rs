@@ -3,19 +3,23 @@
 //! a_I = R_IP ∇V(R_IPᵀ p)  +  Σ_k third body k             R_IP at the time of the stage
 //! V   = μ/r Σ_n (R/r)ⁿ Σ_m P̄_nm(sin φ)(C̄_nm cos mλ + S̄_nm sin mλ)        Pines 1973, no singular poles
 //! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: what it does to the craft minus what it does to the planet
+//!              + R₃ (∇V₃(R₃ᵀ d) + μ₃ d/|d|³),  d = r − s   with a field of its own: another centre, whose axes R₃ turn by the IAU
 //! solid tide:  a = k₂ μ₃ R⁵/(2 s³ r⁴) [(3 − 15 c²) r̂ + 6 c ŝ]     c = r̂ · ŝ: how the planet answers to it
 //! in a site:   s turned by R_WI, r from the planet's centre
 //! zonal: V = μ/r (1 − Σ J_n (R/r)ⁿ P_n(z/r))
 //! ```
 //! A series of high degree means nothing below the planet's surface.
 
-use crate::planet::{Centre, Planet, PlanetParams, fault};
+use crate::ephemeris::{Course, Heavens};
+use crate::planet::{Centre, Planet, PlanetParams, Turning, fault};
 use linkwork_runtime::prelude::*;
-use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled};
+use linkwork_spatial::Mat3;
+use linkwork_world::ephemeris::Body;
 use linkwork_world::gravity::{
-    Format, Harmonics, Keep, TideRaiser, read, solid_tide, third_body, zonal,
+    Format, Harmonics, Keep, TideRaiser, point_mass, point_mass_gradient, read, solid_tide,
+    solid_tide_gradient, third_body, third_body_gradient, zonal, zonal_gradient,
 };
-use linkwork_world::planet::{Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS};
+use linkwork_world::planet::{MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS, Rotation};
 
 /// Layouts of coefficient files.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +64,23 @@ impl Third {
     }
 }
 
+/// The field of a third body that the run comes near to.
+#[derive(Params, Clone, Debug)]
+pub struct ThirdField {
+    /// Which of `third_bodies`: earth, mars, moon.
+    pub body: Centre,
+    /// File of coefficients, whose μ goes before that of the ephemeris.
+    pub file: String,
+    /// Its layout: gmat, basilisk, icgem, shadr.
+    pub format: FieldFormat,
+    /// Highest degree.
+    #[param(default = 20, range = 0.0..=360.0)]
+    pub degree: usize,
+    /// Highest order; unwritten: the degree.
+    #[param(range = 0.0..=360.0)]
+    pub order: Option<usize>,
+}
+
 /// A field of harmonics, the planet that carries it, and who else pulls.
 #[derive(Params, Clone, Debug)]
 pub struct HarmonicsParams {
@@ -79,39 +100,36 @@ pub struct HarmonicsParams {
     /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `planet`.
     #[param(default = Vec::new())]
     pub third_bodies: Vec<Third>,
+    /// Fields of third bodies that the run comes near to: so that it has several centres, as on the way from the Earth to an orbit about
+    /// the Moon. Each turns by the IAU; W is in the axes of the ICRF.
+    #[param(default = Vec::new())]
+    pub fields: Vec<ThirdField>,
     /// Love number k₂ of the solid tide that the third bodies raise on the planet: the Earth 0.3, Mars 0.17; 0: none.
     #[param(default = 0.0, range = 0.0..=1.5)]
     pub love: f64,
 }
 
-/// A third body: its table, and the ephemeris itself for times that the table has not.
+/// A third body.
 struct Puller {
     mu: f64,
-    body: Body,
-    table: Sampled,
+    course: Course,
+    /// Its field and how it turns, where it is more than a point.
+    field: Option<(Harmonics, Rotation)>,
 }
 
 /// A field of harmonics on a turning planet, and third bodies.
 pub struct SphericalHarmonics {
     field: Harmonics,
     planet: Planet,
-    centre: Body,
-    /// TDB at t = 0, days past J2000 in two parts.
-    start: (f64, f64),
     pullers: Vec<Puller>,
     /// Love number, and the radius that belongs to it, m.
     love: (f64, f64),
 }
 
 impl SphericalHarmonics {
-    /// From the planet's centre to a third body, m, W; NaN where the ephemeris has nothing (centuries away).
+    /// From the planet's centre to a third body, m, W; NaN where the ephemeris has nothing.
     fn towards(&self, third: &Puller, t: f64) -> Vec3 {
-        let beyond = || {
-            let now = (self.start.0, self.start.1 + t / 86_400.0);
-            Analytic.state(third.body, self.centre, now)
-        };
-        let state = third.table.at(t).or_else(|_| beyond());
-        let s = state.map_or(Vec3::repeat(f64::NAN), |s| s.position);
+        let s = third.course.at(t);
         self.planet.site.map_or(s, |site| site.to_inertial(t).inverse() * s)
     }
 
@@ -128,7 +146,19 @@ impl SphericalHarmonics {
     /// Acceleration (m/s², W) relative to the planet by the third bodies alone, in the order written; `p` in W.
     pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
         let r = self.around_centre(&p);
-        self.pullers.iter().map(move |k| third_body(k.mu, &r, &self.towards(k, t)))
+        self.pullers.iter().map(move |k| {
+            let s = self.towards(k, t);
+            let point = third_body(k.mu, &r, &s);
+            let Some((field, rotation)) = &k.field else { return point };
+            let (d, R) = (r - s, self.to_W(t) * rotation.at(t).R_IP);
+            // The planet is far away from it, and feels a point.
+            point + R * field.acceleration(&(R.inverse() * d)) - point_mass(k.mu, &d)
+        })
+    }
+
+    /// From inertial axes to W.
+    fn to_W(&self, t: f64) -> Quat {
+        self.planet.site.map_or_else(Quat::identity, |site| site.to_inertial(t).inverse())
     }
 
     /// Acceleration (m/s², W) at `p` (m, W) by the tide that the third bodies raise on the planet.
@@ -148,23 +178,55 @@ impl Gravity for SphericalHarmonics {
         let rigid = self.thirds(t, p).fold(self.field(t, p), |a, b| a + b);
         if self.love.0 == 0.0 { rigid } else { rigid + self.tide(t, p) }
     }
+    fn gradient(&self, t: f64, p: Vec3) -> Option<Mat3> {
+        let own = self.planet.gradient(t, p, |p| self.field.full(p).gradient);
+        let r = self.around_centre(&p);
+        let (k2, radius) = self.love;
+        let others = self.pullers.iter().map(|k| {
+            let position = self.towards(k, t);
+            let mut rigid = third_body_gradient(k.mu, &r, &position);
+            if let Some((field, rotation)) = &k.field {
+                let (d, R) = (r - position, self.to_W(t) * rotation.at(t).R_IP);
+                let own = field.full(&(R.inverse() * d)).gradient;
+                let R = R.to_rotation_matrix().into_inner();
+                rigid += R * own * R.transpose() - point_mass_gradient(k.mu, &d);
+            }
+            if k2 == 0.0 {
+                return rigid;
+            }
+            rigid + solid_tide_gradient(k2, radius, &TideRaiser { mu: k.mu, position }, &r)
+        });
+        Some(others.fold(own, |a, b| a + b))
+    }
     fn scale(&self, t: f64, p: Vec3) -> f64 {
         let r = self.around_centre(&p);
         let own = r.norm() / (self.field.degree() + 2) as f64;
-        self.pullers.iter().map(|k| 0.5 * (self.towards(k, t) - r).norm()).fold(own, f64::min)
+        let others = self.pullers.iter().map(|k| {
+            let degree = k.field.as_ref().map_or(0, |(field, _)| field.degree());
+            (self.towards(k, t) - r).norm() / (degree + 2) as f64
+        });
+        others.fold(own, f64::min)
+    }
+    fn trouble(&self, t: f64) -> Option<BuildError> {
+        self.pullers.iter().find_map(|k| k.course.trouble(t))
+    }
+    fn planet_axes(&self, t: f64) -> Option<Quat> {
+        Some(self.planet.axes_at(t))
+    }
+    fn epoch(&self) -> Option<&str> {
+        self.planet.epoch.as_deref()
     }
     fn axes(&self) -> Axes {
         Axes::of(self.planet.site)
     }
 }
 
-/// The pullers and TDB at the epoch.
-fn pullers(p: &HarmonicsParams) -> Result<((f64, f64), Vec<Puller>), BuildError> {
-    if p.third_bodies.is_empty() {
-        return Ok(((0.0, 0.0), Vec::new()));
+/// Those who pull.
+fn pullers(p: &HarmonicsParams, files: &Files) -> Result<Vec<Puller>, BuildError> {
+    if p.third_bodies.is_empty() && p.fields.is_empty() {
+        return Ok(Vec::new());
     }
-    p.planet.among_the_stars("a third body")?;
-    let epoch: Epoch = p.planet.epoch("a third body")?;
+    let heavens = Heavens::around(&p.planet, files, "a third body")?;
     let centre = p.planet.body.body();
     let mut all = Vec::new();
     for (k, third) in p.third_bodies.iter().enumerate() {
@@ -181,11 +243,50 @@ fn pullers(p: &HarmonicsParams) -> Result<((f64, f64), Vec<Puller>), BuildError>
                 .help("name each other body once")
                 .at("third_bodies"));
         }
-        let table = Sampled::new(&Analytic, body, centre, &epoch, p.planet.span)
-            .map_err(|e| fault(&e, "third_bodies"))?;
-        all.push(Puller { mu, body, table });
+        all.push(Puller { mu, course: heavens.course(body, "third_bodies")?, field: None });
     }
-    Ok((epoch.tdb_days(), all))
+    for (k, own) in p.fields.iter().enumerate() {
+        let body = own.body.body();
+        let of_body = |third: &Third| third.body().0 == body;
+        let (Some(at), false) = (
+            p.third_bodies.iter().position(of_body),
+            p.fields[..k].iter().any(|before| before.body == own.body),
+        ) else {
+            let fact = format!("a field of {body:?}, which is no third body here, or has one");
+            let help = "name it once in `third_bodies`, and its field once in `fields`";
+            return Err(BuildError::new(fact).help(help).at("fields"));
+        };
+        let turns = PlanetParams { epoch: p.planet.epoch.clone(), ..PlanetParams::of(own.body) };
+        let (dut1, pole, span) = (p.planet.dut1, p.planet.pole, p.planet.span);
+        let turns = PlanetParams { turns: Turning::Iau, dut1, pole, span, ..turns };
+        let field = field(&own.file, own.format, (own.degree, own.order), files)
+            .map_err(|e| e.at("fields"))?;
+        all[at].mu = field.mu();
+        all[at].field = Some((field, turns.rotation()?));
+    }
+    Ok(all)
+}
+
+/// A field from a file, cut at a degree and order.
+fn field(
+    file: &str,
+    format: FieldFormat,
+    (degree, order): (usize, Option<usize>),
+    files: &Files,
+) -> Result<Harmonics, BuildError> {
+    let path = files.resolve(file).map_err(|e| e.at("file"))?;
+    let text = linkwork_formats::whole_text(&path).map_err(|e| {
+        BuildError::new(format!("`{file}`: {e}")).help("a text file is wanted").at("file")
+    })?;
+    let format = match format {
+        FieldFormat::Gmat => Format::Gmat,
+        FieldFormat::Basilisk => Format::Basilisk,
+        FieldFormat::Icgem => Format::Icgem,
+        FieldFormat::Shadr => Format::Shadr,
+    };
+    let all = read(format, file, &text, Keep::Degree(degree)).map_err(|e| fault(&e, "file"))?;
+    let order = order.unwrap_or_else(|| degree.min(all.order()));
+    Ok(Harmonics::new(&all.truncated(degree, order).map_err(|e| fault(&e, "order"))?))
 }
 
 /// Gravity of a planet from a file of spherical harmonics, turning with the planet, and of third bodies.
@@ -194,36 +295,15 @@ fn pullers(p: &HarmonicsParams) -> Result<((f64, f64), Vec<Puller>), BuildError>
 impl Service for SphericalHarmonics {
     type Params = HarmonicsParams;
     fn build(p: HarmonicsParams, files: &Files) -> Result<Self, BuildError> {
-        let path = files.resolve(&p.file).map_err(|e| e.at("file"))?;
-        let text = linkwork_formats::whole_text(&path).map_err(|e| {
-            BuildError::new(format!("`{}`: {e}", p.file)).help("a text file is wanted").at("file")
-        })?;
-        let format = match p.format {
-            FieldFormat::Gmat => Format::Gmat,
-            FieldFormat::Basilisk => Format::Basilisk,
-            FieldFormat::Icgem => Format::Icgem,
-            FieldFormat::Shadr => Format::Shadr,
-        };
-        let all =
-            read(format, &p.file, &text, Keep::Degree(p.degree)).map_err(|e| fault(&e, "file"))?;
-        let order = p.order.unwrap_or_else(|| p.degree.min(all.order()));
-        let kept = all.truncated(p.degree, order).map_err(|e| fault(&e, "order"))?;
-        let (start, pullers) = pullers(&p)?;
+        let field = field(&p.file, p.format, (p.degree, p.order), files)?;
+        let pullers = pullers(&p, files)?;
         if p.love > 0.0 && pullers.is_empty() {
             return Err(BuildError::new("nobody raises a tide: there are no third bodies")
                 .help("write third_bodies: [\"sun\", \"moon\"], or leave `love` out")
                 .at("love"));
         }
-        let field = Harmonics::new(&kept);
         let love = (p.love, field.radius());
-        Ok(SphericalHarmonics {
-            field,
-            planet: p.planet.planet()?,
-            centre: p.planet.body.body(),
-            start,
-            pullers,
-            love,
-        })
+        Ok(SphericalHarmonics { field, planet: p.planet.planet()?, pullers, love })
     }
 }
 
@@ -233,6 +313,18 @@ pub(crate) fn around(site: Option<&Site>, p: Vec3, field: impl Fn(&Vec3) -> Vec3
         Some(s) => s.from_planet_axes(&field(&s.to_planet(&p))) + s.centrifugal(&p),
         None => field(&p),
     }
+}
+
+/// ∂a/∂p (1/s²) of the same, given that of the field about the planet.
+pub(crate) fn gradient_around(
+    site: Option<&Site>,
+    p: Vec3,
+    gradient: impl Fn(&Vec3) -> Mat3,
+) -> Mat3 {
+    let Some(s) = site else { return gradient(&p) };
+    let (R, omega) = (s.pose.rotation.to_rotation_matrix().into_inner(), s.omega());
+    let centrifugal = Mat3::identity() * omega.norm_squared() - omega * omega.transpose();
+    R.transpose() * gradient(&s.to_planet(&p)) * R + centrifugal
 }
 
 /// Distance (m) of a place in W from the planet's centre.
@@ -258,8 +350,8 @@ pub struct ZonalParams {
     /// J₄, not normalised.
     #[param(default = 0.0)]
     pub j4: f64,
-    /// The planet, where W is a site on it; unwritten, or without a site: it is at the origin of W, and how it
-    /// turns does not matter.
+    /// The planet; without a site it is at the origin of W, and how it turns does not matter to gravity, but to what asks for its axes
+    /// (a magnetic field).
     pub planet: Option<PlanetParams>,
 }
 
@@ -269,19 +361,36 @@ pub struct ZonalGravity {
     radius: f64,
     /// J₂ … as far as the last that is not zero.
     j: Vec<f64>,
-    site: Option<Site>,
+    /// Where it is written.
+    planet: Option<Planet>,
+}
+
+impl ZonalGravity {
+    fn site_of(&self) -> Option<&Site> {
+        self.planet.as_ref()?.site.as_ref()
+    }
 }
 
 impl Gravity for ZonalGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-        around(self.site.as_ref(), p, |p| zonal(self.mu, self.radius, &self.j, p))
+        around(self.site_of(), p, |p| zonal(self.mu, self.radius, &self.j, p))
+    }
+    fn gradient(&self, _: f64, p: Vec3) -> Option<Mat3> {
+        let own = |p: &Vec3| zonal_gradient(self.mu, self.radius, &self.j, p);
+        Some(gradient_around(self.site_of(), p, own))
     }
     fn scale(&self, _: f64, p: Vec3) -> f64 {
         // As a series of degree 4.
-        from_centre(self.site.as_ref(), p) / 6.0
+        from_centre(self.site_of(), p) / 6.0
+    }
+    fn planet_axes(&self, t: f64) -> Option<Quat> {
+        self.planet.as_ref().map(|planet| planet.axes_at(t))
+    }
+    fn epoch(&self) -> Option<&str> {
+        self.planet.as_ref()?.epoch.as_deref()
     }
     fn axes(&self) -> Axes {
-        Axes::of(self.site)
+        Axes::of(self.site_of().copied())
     }
 }
 
@@ -290,18 +399,17 @@ impl Gravity for ZonalGravity {
 impl Service for ZonalGravity {
     type Params = ZonalParams;
     fn build(p: ZonalParams, _: &Files) -> Result<Self, BuildError> {
-        let site = p.planet.as_ref().map_or(Ok(None), PlanetParams::site_about_z)?;
+        let planet = p.planet.as_ref().map(PlanetParams::about_z).transpose()?;
         let ZonalParams { mu, radius, j2, j3, j4, .. } = p;
         let mut j = vec![j2, j3, j4];
         j.truncate(j.iter().rposition(|j| *j != 0.0).map_or(0, |last| last + 1));
-        Ok(ZonalGravity { mu, radius, j, site })
+        Ok(ZonalGravity { mu, radius, j, planet })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planet::Turning;
 
     /// A lopsided field up to degree and order 3, in Basilisk's layout.
     const FIELD: &str = "\
@@ -326,6 +434,7 @@ mod tests {
             order: None,
             planet: PlanetParams { angle: 0.7, ..PlanetParams::of(Centre::Earth) },
             third_bodies: vec![],
+            fields: vec![],
             love: 0.0,
         }
     }
@@ -466,6 +575,70 @@ mod tests {
             assert!((whole - there.acceleration(t, P)).norm() < 1e-9, "{t} s");
             assert!((here.scale(t, p) / there.scale(t, P) - 1.0).abs() < 1e-12);
         }
+    }
+
+    /// Each service: ∂a/∂p is the slope of its acceleration, in inertial axes and from a site, with all that pulls.
+    #[test]
+    fn gradients_are_slopes_of_the_acceleration() {
+        use crate::fields::{PointMassGravity, PointMassGravityParams};
+        let here =
+            crate::planet::SiteParams { latitude: 0.9, longitude: 2.9, height: 4e5, heading: 0.4 };
+        let iau = PlanetParams { turns: Turning::Iau, angle: 0.0, ..with_sun_and_moon().planet };
+        let tidal = HarmonicsParams { love: 0.3, planet: iau.clone(), ..with_sun_and_moon() };
+        let moon = ThirdField {
+            body: Centre::Moon,
+            file: "field.txt".into(),
+            format: FieldFormat::Basilisk,
+            degree: 3,
+            order: None,
+        };
+        let lopsided = HarmonicsParams { fields: vec![moon], ..tidal.clone() };
+        let over = PlanetParams { site: Some(here), ..iau };
+        let at_site = HarmonicsParams { planet: over.clone(), ..lopsided.clone() };
+        let (mu, radius) = (4e14, 6.4e6);
+        let zonal = |planet| {
+            let p = ZonalParams { mu, radius, j2: 1e-3, j3: -2e-3, j4: 3e-3, planet };
+            ZonalGravity::build(p, &Files::default()).unwrap()
+        };
+        let point = |planet| {
+            let p = PointMassGravityParams { mu, planet };
+            PointMassGravity::build(p, &Files::default()).unwrap()
+        };
+        let [tidal, lopsided, at_site] =
+            [tidal, lopsided, at_site].map(|p| built(&p, FIELD).unwrap());
+        let fixed = PlanetParams { site: Some(here), ..PlanetParams::of(Centre::Earth) };
+        let (zonal, zonal_site) = (zonal(None), zonal(Some(fixed.clone())));
+        let (point, point_site) = (point(None), point(Some(fixed)));
+        let beside_the_moon =
+            lopsided.towards(&lopsided.pullers[1], 500.0) + Vec3::new(5e6, -7e6, 4e6);
+        let near = Vec3::new(3e5, -2e5, 1e5);
+        let all: [(&str, &dyn Gravity, Vec3); 8] = [
+            ("tide", &tidal, P),
+            ("harmonics", &lopsided, P),
+            ("at the Moon", &lopsided, beside_the_moon),
+            ("site", &at_site, near),
+            ("zonal", &zonal, P),
+            ("zonal site", &zonal_site, near),
+            ("point", &point, P),
+            ("point site", &point_site, near),
+        ];
+        for (name, field, p) in all {
+            let g = field.gradient(500.0, p).unwrap();
+            for k in 0..3 {
+                let a = |s: f64| field.acceleration(500.0, p + Vec3::ith(k, 500.0 * s));
+                let slope = ((a(1.0) - a(-1.0)) * 8.0 - (a(2.0) - a(-2.0))) / 6000.0;
+                let off = (g.column(k) - slope).norm() / g.norm();
+                assert!(off < 1e-8, "{name} {k}: {off}");
+            }
+        }
+        // The tide and the turning are in it.
+        let rigid = built(&HarmonicsParams { love: 0.0, ..with_sun_and_moon() }, FIELD).unwrap();
+        assert!(rigid.gradient(0.0, P).is_some());
+        let lean = |g: Mat3| (g - g.transpose()).norm() / g.norm();
+        assert!(lean(at_site.gradient(0.0, near).unwrap()) < 1e-12);
+        let turning = 2.0 * Centre::Earth.rate().powi(2);
+        let trace = point_site.gradient(0.0, near).unwrap().trace();
+        assert!((trace / turning - 1.0).abs() < 1e-6, "{trace}");
     }
 
     #[test]

@@ -28,6 +28,7 @@
 
 pub mod air;
 pub mod craters;
+mod ephemeris;
 pub mod fields;
 pub mod generated_terrain;
 pub mod generator;

@@ -17,6 +17,7 @@
 //! Everything is evaluated at the time that the caller names, which is the integrator's stage.
 
 use linkwork_runtime::prelude::*;
+use linkwork_spatial::Mat3;
 use linkwork_world::WorldError;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::rotation::{Earth, EarthParameters, FixedRate};
@@ -114,6 +115,10 @@ pub struct PlanetParams {
     /// Date of t = 0, such as 2012-08-06 05:17:57 UTC (or TAI, TT, TDB).
     #[param(default = None)]
     pub epoch: Option<String>,
+    /// SPK kernel (.bsp, types 2 and 3, such as de440.bsp of NAIF) by which Sun, Moon and planets move; unwritten: by series for
+    /// 1900 to 2100 (Sun, Earth, Moon, some km) and ellipses for 1800 to 2050 (planets, 27″ for Mars).
+    #[param(default = None)]
+    pub kernel: Option<String>,
     /// How long tables of the Earth's axis and of Sun and Moon are made for; beyond it they are computed
     /// anew at each look, a thousand times slower.
     #[param(unit = "s", default = 172_800.0, range = 1.0..=1e9)]
@@ -143,6 +148,7 @@ impl PlanetParams {
             rate: None,
             angle: 0.0,
             epoch: None,
+            kernel: None,
             span: 172_800.0,
             dut1: 0.0,
             pole: [0.0, 0.0],
@@ -174,7 +180,7 @@ impl PlanetParams {
         Epoch::parse(text).map_err(|e| fault(&e, "planet"))
     }
 
-    fn rotation(&self) -> Result<Rotation, BuildError> {
+    pub(crate) fn rotation(&self) -> Result<Rotation, BuildError> {
         let fixed = |rate: f64| FixedRate::about_z(self.angle, rate).map(Rotation::Fixed);
         let made = match (self.turns, self.body) {
             (Turning::Still, _) => fixed(0.0),
@@ -194,14 +200,14 @@ impl PlanetParams {
         made.map_err(|e| fault(&e, "planet"))
     }
 
-    /// The site, for a field that is round about z of the planet; without one z of W is the planet's axis.
-    pub fn site_about_z(&self) -> Result<Option<Site>, BuildError> {
+    /// The planet, for a field that is round about its z; without a site z of W is the planet's axis.
+    pub fn about_z(&self) -> Result<Planet, BuildError> {
         if self.turns == Turning::Iau && self.site.is_none() {
             let fact = "this field has the planet's axis along z of W, which `turns: iau` has not";
             let help = "write `turns: fixed`, or take `environment.spherical_harmonics`";
             return Err(BuildError::new(fact).help(help).at("planet"));
         }
-        Ok(self.planet()?.site)
+        self.planet()
     }
 
     /// Checks it and makes its tables.
@@ -217,7 +223,11 @@ impl PlanetParams {
         let ellipsoid = Ellipsoid::new(radius, flattening).map_err(|e| fault(&e, "planet"))?;
         let rotation = self.rotation()?;
         let site = self.site.map(|s| site(&s, &ellipsoid, &rotation)).transpose()?;
-        Ok(Planet { ellipsoid, rotation, site })
+        let epoch = self.epoch.clone();
+        if let Some(text) = &epoch {
+            Epoch::parse(text).map_err(|e| fault(&e, "planet"))?;
+        }
+        Ok(Planet { ellipsoid, rotation, site, epoch })
     }
 }
 
@@ -273,6 +283,8 @@ pub struct Planet {
     pub rotation: Rotation,
     /// W, when it stands on the planet.
     pub site: Option<Site>,
+    /// The date of t = 0, as written.
+    pub epoch: Option<String>,
 }
 
 impl Planet {
@@ -289,6 +301,14 @@ impl Planet {
         (spin, place)
     }
 
+    /// `R_WP` at t (s): the planet's axes in W.
+    pub fn axes_at(&self, t: f64) -> Quat {
+        match &self.site {
+            Some(site) => site.pose.rotation.inverse(),
+            None => self.rotation.at(t).R_IP,
+        }
+    }
+
     /// Acceleration (m/s², W) at `p` (m, W) in a field that is fixed to the planet and given in its axes, with the
     /// centrifugal part where W is a site.
     pub fn gravity(&self, t: f64, p: Vec3, field: impl Fn(&Vec3) -> Vec3) -> Vec3 {
@@ -297,6 +317,16 @@ impl Planet {
         }
         let R_IP = self.rotation.at(t).R_IP;
         R_IP * field(&(R_IP.inverse() * p))
+    }
+
+    /// ∂a/∂p (1/s², W) of [`Planet::gravity`], given that of the field in the planet's axes.
+    pub fn gradient(&self, t: f64, p: Vec3, gradient: impl Fn(&Vec3) -> Mat3) -> Mat3 {
+        if self.site.is_some() {
+            return crate::gravity::gradient_around(self.site.as_ref(), p, gradient);
+        }
+        let R_IP = self.rotation.at(t).R_IP;
+        let R = R_IP.to_rotation_matrix().into_inner();
+        R * gradient(&(R_IP.inverse() * p)) * R.transpose()
     }
 }
 
@@ -363,7 +393,7 @@ mod tests {
             let p =
                 PlanetParams { turns, rate, angle: 0.7, site, ..PlanetParams::of(Centre::Mars) };
             assert!(apart(&p, 4321.0) < 1e-12, "{turns:?}");
-            assert_eq!(p.site_about_z().unwrap().unwrap().rate, rate.unwrap_or(0.0));
+            assert_eq!(p.about_z().unwrap().site.unwrap().rate, rate.unwrap_or(0.0));
         }
         // By the IAU its pole and rate are those of the start: what the pole, tides and libration do in a day is left out.
         let epoch = Some("2026-11-02 00:00:00 UTC".to_string());

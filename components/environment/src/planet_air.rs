@@ -13,8 +13,8 @@ use crate::mars_sun::MarsTime;
 use crate::planet::{Centre, DensityLayer, Planet, PlanetParams, WindLayer, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{
-    self as world, Climate, ClimateEntry, Gas, Layout, Magnetic, Msis, Outside, Profile,
-    SpaceWeather, Table, Us76,
+    self as world, Climate, ClimateEntry, Gas, Layout, Magnetic, Msis, Profile, SpaceWeather,
+    Table, Us76,
 };
 use linkwork_world::planet::{Epoch, Geodetic};
 
@@ -22,10 +22,28 @@ use linkwork_world::planet::{Epoch, Geodetic};
 const BOLTZMANN: f64 = 1.380_649e-23;
 /// Highest place of NRLMSISE-00 here, m.
 const MSIS_TOP: f64 = 2e6;
+/// Heights of the standard, m.
+const US76_RANGE: [f64; 2] = [-5e3, 1e6];
+/// Heights for which the simple model of Mars is of use, m: the lowest ground, and where it leaves what was measured.
+const SIMPLE_RANGE: [f64; 2] = [-8.5e3, 3e4];
+
+/// What to do where the data of an atmosphere end.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outside {
+    /// Go on as the model does beyond its end; a run tells it once.
+    Continue,
+    /// Go on with the air at the end; a run tells it once.
+    Clamp,
+    /// Stop the run at the first row at which a part asks there.
+    Stop,
+}
 
 /// The ground under the air, and the wind over it.
 struct Around {
     planet: Planet,
+    outside: Outside,
+    /// Heights for which there are data, m.
+    range: [f64; 2],
     winds: Option<Profile<Vec3>>,
     factors: Option<Profile<f64>>,
 }
@@ -35,6 +53,8 @@ impl Around {
         planet: &PlanetParams,
         winds: &[WindLayer],
         density: &[DensityLayer],
+        outside: Outside,
+        range: [f64; 2],
     ) -> Result<Around, BuildError> {
         let wind = |w: &WindLayer| (w.altitude, Vec3::new(w.east, w.north, w.up));
         let winds = match winds.is_empty() {
@@ -51,7 +71,30 @@ impl Around {
                 Some(Profile::factors(entries).map_err(|e| fault(&e, "density"))?)
             }
         };
-        Ok(Around { planet: planet.planet()?, winds, factors })
+        Ok(Around { planet: planet.planet()?, outside, range, winds, factors })
+    }
+
+    /// What there is to say of a point whose height the data do not reach.
+    fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+        let h = self.planet.place(t, p).1?.altitude;
+        let [low, high] = self.range;
+        (!(low..=high).contains(&h)).then(|| self.told(h))
+    }
+
+    #[cold]
+    fn told(&self, h: f64) -> Beyond {
+        let [low, high] = self.range.map(|h| h / 1000.0);
+        let fact = format!("its data reach from {low} to {high} km, not to {:.3} km", h / 1000.0);
+        let goes_on = match self.outside {
+            Outside::Continue => "the model goes on beyond its end; ",
+            Outside::Clamp => "the air at the end is taken; ",
+            Outside::Stop => "",
+        };
+        let help = format!(
+            "{goes_on}take an atmosphere whose data reach there, or write `outside`: continue, clamp or stop"
+        );
+        let stops = self.outside == Outside::Stop;
+        Beyond { told: BuildError::new(fact).help(help), stops }
     }
 
     /// The air at `p`, given what it is at a geodetic place.
@@ -71,7 +114,13 @@ impl Around {
             .winds
             .as_ref()
             .map_or(Vec3::zeros(), |w| spin.R_IP * (place.east_north_up() * w.at(place.altitude)));
-        let a = gas(&place);
+        let a = match self.outside {
+            Outside::Clamp => {
+                let altitude = place.altitude.clamp(self.range[0], self.range[1]);
+                gas(&Geodetic { altitude, ..place })
+            }
+            Outside::Continue | Outside::Stop => gas(&place),
+        };
         let factor = self.factors.as_ref().map_or(1.0, |f| f.at(place.altitude));
         Air {
             density: a.density * factor,
@@ -95,6 +144,9 @@ pub struct Us76Params {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
+    /// What happens where its data end (−5 and 1000 km, beyond which density falls on): continue, clamp, stop.
+    #[param(default = Outside::Continue)]
+    pub outside: Outside,
 }
 
 /// US Standard Atmosphere 1976 around a planet.
@@ -107,6 +159,9 @@ impl Atmosphere for StandardAtmosphere {
     fn air(&self, t: f64, p: Vec3) -> Air {
         self.around.air(t, p, |place| self.model.at(place.altitude))
     }
+    fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+        self.around.beyond(t, p)
+    }
     fn axes(&self) -> Axes {
         Axes::of(self.around.planet.site)
     }
@@ -118,7 +173,7 @@ impl Service for StandardAtmosphere {
     type Params = Us76Params;
     fn build(p: Us76Params, _: &Files) -> Result<Self, BuildError> {
         Ok(StandardAtmosphere {
-            around: Around::new(&p.planet, &p.winds, &p.density)?,
+            around: Around::new(&p.planet, &p.winds, &p.density, p.outside, US76_RANGE)?,
             model: Us76::new(),
         })
     }
@@ -144,6 +199,9 @@ pub struct MsisParams {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
+    /// What happens where its data end (0 and 2000 km, below as at 0, above nothing): continue, clamp, stop.
+    #[param(default = Outside::Continue)]
+    pub outside: Outside,
 }
 
 /// NRLMSISE-00 around the Earth.
@@ -179,6 +237,9 @@ impl Atmosphere for MsisAtmosphere {
     fn air(&self, t: f64, p: Vec3) -> Air {
         self.around.air(t, p, |place| self.at(t, place))
     }
+    fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+        self.around.beyond(t, p)
+    }
     fn axes(&self) -> Axes {
         Axes::of(self.around.planet.site)
     }
@@ -200,7 +261,8 @@ impl Service for MsisAtmosphere {
             f107_mean: p.f107_mean.unwrap_or(p.f107),
             magnetic: Magnetic::Daily(p.ap),
         };
-        let around = Around::new(&p.planet, &p.winds, &p.density)?;
+        let range = [0.0, MSIS_TOP];
+        let around = Around::new(&p.planet, &p.winds, &p.density, p.outside, range)?;
         Ok(MsisAtmosphere { around, model: Msis::new(), epoch, weather })
     }
 }
@@ -242,6 +304,9 @@ pub struct MarsAirParams {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
+    /// What happens where its data end (the ends of the table, beyond which density goes on with its last slope; −8.5 and 30 km of the simple model): continue, clamp, stop.
+    #[param(default = Outside::Continue)]
+    pub outside: Outside,
 }
 
 /// A table of Mars-GRAM or the simple model, around Mars.
@@ -257,6 +322,9 @@ impl Atmosphere for MarsAtmosphere {
             None => world::mars_simple(place.altitude),
         })
     }
+    fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+        self.around.beyond(t, p)
+    }
     fn axes(&self) -> Axes {
         Axes::of(self.around.planet.site)
     }
@@ -268,13 +336,12 @@ impl Atmosphere for MarsAtmosphere {
 impl Service for MarsAtmosphere {
     type Params = MarsAirParams;
     fn build(p: MarsAirParams, files: &Files) -> Result<Self, BuildError> {
-        let around = Around::new(&p.planet, &p.winds, &p.density)?;
         let read = |name: &str, param: &'static str| {
             let path = files.resolve(name).map_err(|e| e.at(param))?;
             let text = linkwork_formats::whole_text(&path).map_err(|e| {
                 BuildError::new(format!("`{name}`: {e}")).help("a text file is wanted").at(param)
             })?;
-            Table::read(name, &text, &Layout::MARS_GRAM, Outside::Continue, Gas::MARS)
+            Table::read(name, &text, &Layout::MARS_GRAM, world::Outside::Continue, Gas::MARS)
                 .map_err(|e| fault(&e, param))
         };
         let table = match (&p.table, p.climate.is_empty()) {
@@ -316,10 +383,12 @@ impl Service for MarsAtmosphere {
                         .help(format!("its tables have {least} to {most}"))
                         .at("dust"));
                 };
-                let air = climate.table(season, dust, Outside::Continue, Gas::MARS);
+                let air = climate.table(season, dust, world::Outside::Continue, Gas::MARS);
                 Some(air.map_err(|e| fault(&e, "dust"))?)
             }
         };
+        let range = table.as_ref().map_or(SIMPLE_RANGE, |table| table.range().into());
+        let around = Around::new(&p.planet, &p.winds, &p.density, p.outside, range)?;
         Ok(MarsAtmosphere { around, table })
     }
 }
@@ -338,7 +407,7 @@ mod tests {
         // 20 ft/s from the west at the ground, more above: NESC's case 8 upside down.
         let layer = |altitude: f64, east: f64| WindLayer { altitude, east, north: 1.0, up: 0.0 };
         let winds = vec![layer(0.0, 6.0), layer(10_000.0, 16.0)];
-        let p = Us76Params { planet: earth(), winds, density: vec![] };
+        let p = Us76Params { planet: earth(), winds, density: vec![], outside: Outside::Continue };
         let air = StandardAtmosphere::build(p, &Files::default()).unwrap();
         let (t, r) = (3000.0, 6_378_137.0 + 5000.0);
         // A point above the equator, at longitude 0.4 after the turning.
@@ -366,6 +435,7 @@ mod tests {
             ap: 4.0,
             winds: vec![],
             density: vec![],
+            outside: Outside::Continue,
         };
         let air = MsisAtmosphere::build(p.clone(), &Files::default()).unwrap();
         // Early August: the Sun is at right ascension 136°; the bulge is some 30° behind.
@@ -399,6 +469,7 @@ mod tests {
             planet,
             winds: vec![],
             density: vec![],
+            outside: Outside::Continue,
         }
     }
 
@@ -546,11 +617,71 @@ mod tests {
         }
     }
 
+    /// Each model: where its data end it goes on, holds the air at the end, or has the run stopped; it tells the height and its range.
+    #[test]
+    fn where_data_end_the_user_says_what_happens() {
+        let dir = tempfile::tempdir().unwrap();
+        let files = Files::of(vec![dir.path().to_path_buf()]);
+        let rows = "HgtMOLA Temp Denkgm3\n0 220 0.02\n10 200 0.005\n";
+        std::fs::write(dir.path().join("air.txt"), rows).unwrap();
+        let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
+        let earth = PlanetParams { epoch, ..PlanetParams::of(Centre::Earth) };
+        let mars = PlanetParams::of(Centre::Mars);
+        let us76 = |outside| -> Box<dyn Atmosphere> {
+            let p = Us76Params { planet: earth.clone(), winds: vec![], density: vec![], outside };
+            Box::new(StandardAtmosphere::build(p, &files).unwrap())
+        };
+        let msis = |outside| -> Box<dyn Atmosphere> {
+            let (f107, f107_mean, ap) = (150.0, None, 4.0);
+            let (winds, density, planet) = (vec![], vec![], earth.clone());
+            let p = MsisParams { planet, f107, f107_mean, ap, winds, density, outside };
+            Box::new(MsisAtmosphere::build(p, &files).unwrap())
+        };
+        let mars_air = |table: Option<&str>, outside| -> Box<dyn Atmosphere> {
+            let p = MarsAirParams { table: table.map(Into::into), outside, ..bare(mars.clone()) };
+            Box::new(MarsAtmosphere::build(p, &files).unwrap())
+        };
+        type Make<'a> = &'a dyn Fn(Outside) -> Box<dyn Atmosphere>;
+        let all: [(&str, Make<'_>, f64, [f64; 2]); 4] = [
+            ("us76", &us76, 6_378_137.0, [-5e3, 1e6]),
+            ("msis", &msis, 6_378_137.0, [0.0, 2e6]),
+            ("table", &|o| mars_air(Some("air.txt"), o), 3_396_190.0, [0.0, 1e4]),
+            ("simple", &|o| mars_air(None, o), 3_396_190.0, [-8.5e3, 3e4]),
+        ];
+        for (name, make, radius, [low, high]) in all {
+            let at = |h: f64| Vec3::x() * (radius + h);
+            let [goes_on, holds, stops] =
+                [Outside::Continue, Outside::Clamp, Outside::Stop].map(make);
+            for (end, out) in [(low + 1e-3, low - 1e3), (high - 1e-3, high + 1e3)] {
+                let density = |air: &dyn Atmosphere, h: f64| air.air(0.0, at(h)).density;
+                let edge = density(&*holds, end);
+                assert!((density(&*holds, out) / edge - 1.0).abs() < 1e-5, "{name} {out}");
+                assert_eq!(density(&*goes_on, end), edge, "{name}: inside all are the same");
+                let on = density(&*goes_on, out);
+                let level = name == "msis" && out < 0.0;
+                assert!(level || (on / edge - 1.0).abs() > 1e-4, "{name} {out}: {on} {edge}");
+                for (air, stops) in [(&goes_on, false), (&holds, false), (&stops, true)] {
+                    assert!(air.beyond(0.0, at(end)).is_none(), "{name} {end}");
+                    let told = air.beyond(0.0, at(out)).unwrap();
+                    assert_eq!(told.stops, stops);
+                    let words = format!(
+                        "from {} to {} km, not to {:.3} km",
+                        low / 1e3,
+                        high / 1e3,
+                        out / 1e3
+                    );
+                    assert!(told.told.message.contains(&words), "{}", told.told.message);
+                    assert!(told.told.help.unwrap().contains("`outside`"));
+                }
+            }
+        }
+    }
+
     #[test]
     fn winds_that_do_not_rise_are_refused() {
         let layer = |altitude: f64| WindLayer { altitude, east: 1.0, north: 0.0, up: 0.0 };
         let winds = vec![layer(10.0), layer(10.0)];
-        let p = Us76Params { planet: earth(), winds, density: vec![] };
+        let p = Us76Params { planet: earth(), winds, density: vec![], outside: Outside::Continue };
         let e = StandardAtmosphere::build(p, &Files::default()).err().unwrap();
         assert!(e.message.contains("altitude 10 m") && e.param.as_deref() == Some("winds"));
     }

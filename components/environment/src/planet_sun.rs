@@ -1,13 +1,14 @@
 //! `environment.ephemeris_sun`: the Sun as seen from a planet's centre.
 //! ```text
-//! s = r_Sun − r_planet, ICRF, geometric: SOFA's epv00 (Earth, some km), Keplerian elements of JPL (Mars, 27″)
+//! s = r_Sun − r_planet, ICRF, geometric: SOFA's epv00 (Earth, some km), Keplerian elements of JPL (Mars, 27″), or a kernel
 //! ```
 //! W is the planet's inertial frame with axes of the ICRF, or a site of a planet that turns by the IAU: then s is turned by R_WI, so that
 //! the Sun rises and sets. It is where it is from the planet's centre (from the ground 9″ aside at the most, by the Earth). Light time and aberration (20″) are left out.
 
-use crate::planet::{PlanetParams, fault};
+use crate::ephemeris::{Course, Heavens};
+use crate::planet::PlanetParams;
 use linkwork_runtime::prelude::*;
-use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled};
+use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::AU;
 
 /// The planet and the date.
@@ -19,37 +20,32 @@ pub struct EphemerisSunParams {
 
 /// The Sun from a planet.
 pub struct EphemerisSun {
-    centre: Body,
-    start: (f64, f64),
-    table: Sampled,
+    course: Course,
     site: Option<Site>,
 }
 
 impl Sun for EphemerisSun {
     fn state(&self, t: f64) -> SunState {
-        let now = (self.start.0, self.start.1 + t / 86_400.0);
-        let state = self.table.at(t).or_else(|_| Analytic.state(Body::Sun, self.centre, now));
-        let s = state.map_or(Vec3::repeat(f64::NAN), |s| s.position);
+        let s = self.course.at(t);
         let s = self.site.map_or(s, |site| site.to_inertial(t).inverse() * s);
         SunState { direction: s.normalize(), distance_au: s.norm() / AU }
+    }
+    fn trouble(&self, t: f64) -> Option<BuildError> {
+        self.course.trouble(t)
     }
     fn axes(&self) -> Axes {
         Axes::of(self.site)
     }
 }
 
-/// The Sun from the centre of a planet by ephemeris; W has the axes of the ICRF, or is a site of a planet that turns by the IAU. Times beyond the planet's `span` cost 30 µs.
+/// The Sun from the centre of a planet by ephemeris, or by the `kernel` of the planet; W has the axes of the ICRF, or is a site of a planet that turns by the IAU. Times beyond the planet's `span` cost 30 µs; beyond the ephemeris the run stops.
 #[service("environment.ephemeris_sun", Sun)]
 impl Service for EphemerisSun {
     type Params = EphemerisSunParams;
-    fn build(p: EphemerisSunParams, _: &Files) -> Result<Self, BuildError> {
-        p.planet.among_the_stars("the Sun's place")?;
-        let epoch = p.planet.epoch("the Sun's place")?;
-        let centre = p.planet.body.body();
-        let table = Sampled::new(&Analytic, Body::Sun, centre, &epoch, p.planet.span)
-            .map_err(|e| fault(&e, "planet"))?;
-        let site = p.planet.planet()?.site;
-        Ok(EphemerisSun { centre, start: epoch.tdb_days(), table, site })
+    fn build(p: EphemerisSunParams, files: &Files) -> Result<Self, BuildError> {
+        let heavens = Heavens::around(&p.planet, files, "the Sun's place")?;
+        let course = heavens.course(Body::Sun, "planet")?;
+        Ok(EphemerisSun { course, site: p.planet.planet()?.site })
     }
 }
 

@@ -1,14 +1,16 @@
-//! `environment.polyhedral_gravity`: a body of uniform density whose surface is a mesh, turning at the origin of W.
+//! `environment.polyhedral_gravity`: a body of uniform density whose surface is a mesh, turning at the origin of W, or under a site.
 //! ```text
 //! a = R_IP ∇U(R_IPᵀ p)      R_IP = R_z(angle + rate t)      U: Werner and Scheeres 1997, exact outside and inside
 //! ```
-//! W is inertial. Cost: proportional to the number of faces and edges.
+//! W is inertial, or a site of a `planet` that is this body: then the field stands still in W, with its centrifugal part. Cost: proportional
+//! to the number of faces and edges.
 
-use crate::planet::fault;
+use crate::planet::{Planet, PlanetParams, Turning, fault};
 use linkwork_runtime::prelude::*;
+use linkwork_spatial::Mat3;
 use linkwork_world::gravity::polyhedron::{Polyhedron, from_obj};
-use linkwork_world::planet::Rotation;
 use linkwork_world::planet::rotation::FixedRate;
+use linkwork_world::planet::{Ellipsoid, Rotation};
 
 /// Constant of gravitation, m³/(kg s²): CODATA 2018.
 const G: f64 = 6.674_30e-11;
@@ -27,31 +29,90 @@ pub struct PolyhedralParams {
     /// Gravitational parameter; instead of `density`.
     #[param(unit = "m^3/s^2", range = 1e-12..)]
     pub mu: Option<f64>,
-    /// Rate about z of W.
-    #[param(unit = "rad/s", default = 0.0)]
-    pub rate: f64,
-    /// Angle from x of W to x of the file at t = 0.
-    #[param(unit = "rad", default = 0.0)]
-    pub angle: f64,
+    /// Rate about z of W; unwritten: 0, or that of `planet`.
+    #[param(unit = "rad/s")]
+    pub rate: Option<f64>,
+    /// Angle from x of W to x of the file at t = 0; unwritten: 0, or that of `planet`.
+    #[param(unit = "rad")]
+    pub angle: Option<f64>,
+    /// The body as a planet, where W is a site on it: `radius` of the sphere or ellipsoid from which the site's height counts (`flattening` 0
+    /// unless written), `rate` (or `turns: still`) and `angle`, its axis along z of the file. As that of the other services.
+    pub planet: Option<PlanetParams>,
+}
+
+impl PolyhedralParams {
+    /// How the body turns, and the site on it.
+    fn planet(&self) -> Result<Planet, BuildError> {
+        let told =
+            |fact: String, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
+        let Some(planet) = &self.planet else {
+            let (angle, rate) = (self.angle.unwrap_or(0.0), self.rate.unwrap_or(0.0));
+            let rotation = FixedRate::about_z(angle, rate).map_err(|e| fault(&e, "rate"))?;
+            let ellipsoid = Ellipsoid::new(1.0, 0.0).map_err(|e| fault(&e, "rate"))?;
+            return Ok(Planet {
+                ellipsoid,
+                rotation: Rotation::Fixed(rotation),
+                site: None,
+                epoch: None,
+            });
+        };
+        for (param, written) in [("rate", self.rate), ("angle", self.angle)] {
+            if written.is_some() {
+                let fact = format!("`{param}` is written beside `planet`, which has one");
+                return told(fact, "write it in `planet` alone", param);
+            }
+        }
+        let wrong = if planet.turns == Turning::Iau {
+            Some((
+                "no body with a shape from a file turns by the IAU here",
+                "write `turns: fixed` and `rate`",
+            ))
+        } else if planet.turns == Turning::Fixed && planet.rate.is_none() {
+            Some((
+                "`planet` has no `rate`, and that of the Earth is none of this body's",
+                "write `rate`, or `turns: still`",
+            ))
+        } else if planet.site.is_some() && planet.radius.is_none() {
+            Some((
+                "`planet` has no `radius`, and a site of the Earth is none of this body's",
+                "write the radius from which the site's height counts",
+            ))
+        } else {
+            None
+        };
+        if let Some((fact, help)) = wrong {
+            return told(fact.to_string(), help, "planet");
+        }
+        let flattening = Some(planet.flattening.unwrap_or(0.0));
+        PlanetParams { flattening, ..planet.clone() }.planet()
+    }
 }
 
 /// Gravity of a mesh.
 pub struct PolyhedralGravity {
     body: Polyhedron,
-    rotation: Rotation,
+    planet: Planet,
 }
 
 impl Gravity for PolyhedralGravity {
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3 {
-        let R_IP = self.rotation.at(t).R_IP;
-        R_IP * self.body.gravity(&(R_IP.inverse() * p)).acceleration
+        self.planet.gravity(t, p, |p| self.body.gravity(p).acceleration)
+    }
+    fn gradient(&self, t: f64, p: Vec3) -> Option<Mat3> {
+        Some(self.planet.gradient(t, p, |p| self.body.gravity(p).gradient))
+    }
+    fn planet_axes(&self, t: f64) -> Option<Quat> {
+        Some(self.planet.axes_at(t))
+    }
+    fn epoch(&self) -> Option<&str> {
+        self.planet.epoch.as_deref()
     }
     fn axes(&self) -> Axes {
-        Axes::Inertial
+        Axes::of(self.planet.site)
     }
 }
 
-/// Gravity of an asteroid or comet from its shape: uniform density, turning about z at the origin of W.
+/// Gravity of an asteroid or comet from its shape: uniform density, turning about z at the origin of W, or around the site that W is.
 #[service("environment.polyhedral_gravity", Gravity)]
 impl Service for PolyhedralGravity {
     type Params = PolyhedralParams;
@@ -73,8 +134,7 @@ impl Service for PolyhedralGravity {
                 return Err(BuildError::new(fact).help("write one of them").at("density"));
             }
         };
-        let rotation = FixedRate::about_z(p.angle, p.rate).map_err(|e| fault(&e, "rate"))?;
-        Ok(PolyhedralGravity { body, rotation: Rotation::Fixed(rotation) })
+        Ok(PolyhedralGravity { body, planet: p.planet()? })
     }
 }
 
@@ -93,8 +153,9 @@ mod tests {
             scale: 100.0,
             density: Some(2000.0),
             mu: None,
-            rate: 1e-3,
-            angle: 0.4,
+            rate: Some(1e-3),
+            angle: Some(0.4),
+            planet: None,
         }
     }
 
@@ -121,6 +182,66 @@ mod tests {
         let by_mu = PolyhedralParams { density: None, mu: Some(mu), ..params() };
         let same = built(by_mu, CUBE).unwrap().acceleration(7.0, near);
         assert!((same - body.acceleration(7.0, near)).norm() < 1e-12 * now.norm());
+    }
+
+    fn of_planet() -> PlanetParams {
+        use crate::planet::{Centre, SiteParams};
+        let site = SiteParams { latitude: 0.6, longitude: -0.9, height: 25.0, heading: 0.3 };
+        let (rate, radius) = (Some(1e-3), Some(150.0));
+        PlanetParams {
+            rate,
+            radius,
+            angle: 0.4,
+            site: Some(site),
+            ..PlanetParams::of(Centre::Earth)
+        }
+    }
+
+    /// From a site, with the centrifugal part taken off, it is the field of inertial axes, wherever the body has turned to; and so is its
+    /// gradient, which is the slope of the acceleration.
+    #[test]
+    fn a_site_on_it_has_its_field_and_turns_with_it() {
+        let there = built(params(), CUBE).unwrap();
+        let (rate, angle) = (None, None);
+        let p = PolyhedralParams { rate, angle, planet: Some(of_planet()), ..params() };
+        let here = built(p.clone(), CUBE).unwrap();
+        let site = here.site().unwrap();
+        // The origin is 25 m above the sphere, at its latitude.
+        let origin = site.to_planet(&Vec3::zeros());
+        assert!(
+            (origin.norm() - 175.0).abs() < 1e-9 && (origin.z / 175.0 - 0.6f64.sin()).abs() < 1e-12
+        );
+        let p = Vec3::new(30.0, -20.0, 10.0);
+        for t in [0.0, 700.0] {
+            let R = site.to_inertial(t);
+            let r = R * site.from_centre(&p);
+            let field = R * (here.acceleration(t, p) - site.centrifugal(&p));
+            let want = there.acceleration(t, r);
+            assert!((field - want).norm() < 1e-12 * want.norm(), "{field} {want}");
+            for (body, at) in [(&here, p), (&there, r)] {
+                let g = body.gradient(t, at).unwrap();
+                for k in 0..3 {
+                    let e = Vec3::ith(k, 0.01);
+                    let slope =
+                        (body.acceleration(t, at + e) - body.acceleration(t, at - e)) / 0.02;
+                    assert!((g.column(k) - slope).norm() < 1e-7 * g.norm(), "{k} at {t}");
+                }
+            }
+        }
+        // What does not belong together.
+        let refused = |p: PolyhedralParams, param: &str| {
+            let e = built(p, CUBE).err().unwrap();
+            assert!(e.param.as_deref() == Some(param) && e.help.is_some(), "{}", e.message);
+        };
+        refused(PolyhedralParams { rate: Some(1e-3), ..p_of(of_planet()) }, "rate");
+        refused(PolyhedralParams { angle: Some(0.4), ..p_of(of_planet()) }, "angle");
+        refused(p_of(PlanetParams { rate: None, ..of_planet() }), "planet");
+        refused(p_of(PlanetParams { radius: None, ..of_planet() }), "planet");
+        refused(p_of(PlanetParams { turns: Turning::Iau, rate: None, ..of_planet() }), "planet");
+    }
+
+    fn p_of(planet: PlanetParams) -> PolyhedralParams {
+        PolyhedralParams { rate: None, angle: None, planet: Some(planet), ..params() }
     }
 
     #[test]

@@ -4,7 +4,6 @@ use crate::soil::SoilParams;
 use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
 use crate::tiles::{TileError, Tiles};
 use linkwork_runtime::prelude::*;
-use std::sync::OnceLock;
 
 /// A map in tiles.
 #[derive(Params, Clone, Debug)]
@@ -48,8 +47,6 @@ pub struct TiledTerrain {
     region: Option<Surface>,
     soils: SoilMap,
     file: String,
-    /// What went wrong first, as it is told.
-    trouble: OnceLock<BuildError>,
 }
 
 fn told(file: &str, e: &TileError) -> BuildError {
@@ -84,8 +81,7 @@ impl Service for TiledTerrain {
         let region = region.map_err(|e| told(&p.file, &e).at("region"))?;
         let bounds = tiles.grid().bounds();
         let soils = SoilMap::new(&p.soil, p.soil_map.as_ref(), &p.soils, bounds, files)?;
-        let trouble = OnceLock::new();
-        Ok(TiledTerrain { tiles, overview, region, soils, file: p.file, trouble })
+        Ok(TiledTerrain { tiles, overview, region, soils, file: p.file })
     }
 }
 
@@ -115,8 +111,7 @@ impl Terrain for TiledTerrain {
                 .help("write `region: (x_min, y_min, x_max, y_max)` at the terrain: the part that colliders, cameras and lidars meet")
         })
     }
-    fn trouble(&self) -> Option<&BuildError> {
-        let e = self.tiles.trouble()?;
-        Some(self.trouble.get_or_init(|| told(&self.file, e)))
+    fn trouble(&self, _: f64) -> Option<BuildError> {
+        self.tiles.trouble().map(|e| told(&self.file, e))
     }
 }

@@ -101,6 +101,19 @@ impl Model for KickoffSpring {
     fn guards(&self, _: &Clock, _: &(), _: &LetGo, _: &(), u: &KickoffIn) -> End {
         End { left: self.p.length - (u.b.position - u.a.position).norm() }
     }
+    fn remarks(&self, c: &Clock, _: &(), d: &LetGo, _: &(), u: &KickoffIn) -> Vec<BuildError> {
+        let left = self.guards(c, &(), d, &(), u, &()).left;
+        let gone = (!d.over && left <= 0.0).then(|| {
+            let fact = format!(
+                "its ends are {:.6} m apart, and it is {} m long: they are separated already",
+                self.p.length - left,
+                self.p.length
+            );
+            let help = "it never pushes: let it begin where it is pressed in, or leave it out";
+            BuildError::new(fact).help(help).at("length")
+        });
+        gone.into_iter().collect()
+    }
     fn fired(&self, _: &Clock, _: usize, _: &(), _: &LetGo) -> ((), LetGo) {
         ((), LetGo { over: true })
     }

@@ -119,6 +119,19 @@ impl Model for SeparationSpring {
         let n = u.a.rotation * self.p.axis;
         SpringEnd { left: self.p.stroke - (u.b.position - u.a.position).dot(&n) }
     }
+    fn remarks(&self, c: &Clock, _: &(), d: &Released, _: &(), u: &SpringIn) -> Vec<BuildError> {
+        let left = self.guards(c, &(), d, &(), u, &()).left;
+        let gone = (!d.released && left <= 0.0).then(|| {
+            let fact = format!(
+                "the two are {:.6} m apart along its axis, and its stroke is {} m: they are separated already",
+                self.p.stroke - left,
+                self.p.stroke
+            );
+            let help = "it never pushes: let it begin where the nodes coincide, or leave it out";
+            BuildError::new(fact).help(help).at("stroke")
+        });
+        gone.into_iter().collect()
+    }
     fn fired(&self, _: &Clock, _: usize, _: &(), _: &Released) -> ((), Released) {
         ((), Released { released: true })
     }

@@ -5,7 +5,7 @@ use quote::{format_ident, quote};
 use syn::{FnArg, ImplItem, ImplItemFn, ItemImpl, LitStr, Pat, parse_quote};
 
 /// Function, full number of arguments after `&self`, and the types that may be left out at the end.
-const FUNCTIONS: [(&str, &[&str]); 7] = [
+const FUNCTIONS: [(&str, &[&str]); 8] = [
     ("moore", &["Clock", "X", "D", "Store"]),
     ("direct", &["Clock", "X", "D", "Ud", "Store"]),
     ("deriv", &["Clock", "X", "D", "U", "Ud", "Store", "Yd"]),
@@ -13,6 +13,7 @@ const FUNCTIONS: [(&str, &[&str]); 7] = [
     ("guards", &["Clock", "X", "D", "U", "Ud", "Store"]),
     ("fired", &["Clock", "usize", "X", "D", "U", "Ud", "Store!"]),
     ("remarks", &["Clock", "X", "D", "U", "Ud", "Store"]),
+    ("tells", &["Clock", "usize", "X", "D", "U", "Ud", "Store"]),
 ];
 
 pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
@@ -53,7 +54,7 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
             ));
         }
     }
-    for function in ["guards", "fired"] {
+    for function in ["guards", "fired", "tells"] {
         if has(function) && !has("G") {
             return Err(syn::Error::new_spanned(
                 &item.self_ty,
@@ -61,7 +62,7 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
             ));
         }
     }
-    let mut timed = [false; 7];
+    let mut timed = [false; FUNCTIONS.len()];
     let mut outputs = false;
     for it in &mut item.items {
         let ImplItem::Fn(f) = it else { continue };

@@ -15,7 +15,9 @@ use linkwork_runner::{
     Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment,
     changed, time_name,
 };
-use linkwork_runtime::{Change, Checkpoint, Fault, Profile, RunError, Seconds, Simulation};
+use linkwork_runtime::{
+    Change, Checkpoint, Fault, Profile, RunError, Seconds, Simulation, Sources,
+};
 use linkwork_viz::Scene;
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
@@ -159,6 +161,8 @@ struct Run {
     dropped: u64,
     bar: ProgressBar,
     edges: Edges,
+    /// Texts in which what is told has its place.
+    sources: Sources,
     /// The socket, and the file that names it.
     live: Option<(Live, Ticketed)>,
     /// Where its time goes, when that is asked for.
@@ -222,6 +226,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let every =
         options.checkpoint_every.as_deref().map(|t| period(t, "--checkpoint-every")).transpose()?;
     let configuration = ready.loaded.resolved.to_string();
+    let sources = ready.loaded.sources.clone();
     let mut sim = Simulation::of(Arc::new(ready.program));
     let mut figures = prepared.figures;
     let mut begins = None;
@@ -305,6 +310,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         dropped: 0,
         bar: bar(until, options.quiet),
         edges,
+        sources,
         live,
         profile,
     })
@@ -422,6 +428,14 @@ impl Run {
         }
     }
 
+    /// What parts and services told on the way.
+    fn told_notices(&mut self) {
+        for (t, mut fault) in self.runner.new_notices() {
+            fault.message.insert_str(0, &format!("t = {t:.6} s: "));
+            self.bar.suspend(|| load::warn_of(&[fault], &self.sources));
+        }
+    }
+
     /// What has fallen off its map.
     fn told_edges(&mut self) {
         for line in self.edges.fallen(self.runner.sim()) {
@@ -452,6 +466,7 @@ impl Run {
         }
         self.bar.finish_and_clear();
         self.told_moves();
+        self.told_notices();
         self.told_edges();
         self.told_saves();
         let summary = self.summary(&ending, wall, simulated);
@@ -516,6 +531,7 @@ impl Run {
             self.taps(failed);
             self.told_saves();
             self.told_moves();
+            self.told_notices();
             self.told_edges();
             if !self.bar.is_hidden() {
                 let (t, wall) = (self.runner.sim().time(), clock.elapsed().as_secs_f64());
@@ -625,6 +641,7 @@ fn ending(ended: Ended) -> Ending {
         Ended::StopWhen => Ending::StopWhen,
         Ended::Stopped => Ending::Interrupted,
         Ended::Failed(e) => Ending::Failed(explain(&e)),
+        Ended::Bad(e) if e.help.is_some() => Ending::Failed(e.to_string()),
         Ended::Bad(e) => Ending::Failed(format!(
             "{e}\n  help: it is so from the start; look at what drives `{}`, and at its parameters",
             e.path
@@ -634,6 +651,9 @@ fn ending(ended: Ended) -> Ending {
 }
 
 fn explain(e: &RunError) -> String {
+    if e.help.is_some() {
+        return format!("{e}\n  note: the log and before_failure.lwck hold what led to it");
+    }
     // What fails at once mostly starts where it cannot be.
     let start = if e.time < 0.2 {
         "; a machine that starts inside the ground is thrown out of it: see `place`"

@@ -70,7 +70,7 @@ pub enum Ended {
     Stopped,
     /// The state left the numbers, in a step.
     Failed(RunError),
-    /// The state is no number from the start.
+    /// The state is no number from the start, or a service cannot answer until the end.
     Bad(RunError),
     /// A tap that the run needs has failed.
     Tap(String),
@@ -191,6 +191,11 @@ impl<W: Watch> Runner<W> {
         self.sim.take_moves()
     }
 
+    /// What parts and services told since this was asked last: time (s), and what.
+    pub fn new_notices(&mut self) -> Vec<linkwork_runtime::Notice> {
+        self.sim.take_notices()
+    }
+
     /// The watcher sees the present tick again: it has something new to take.
     pub fn see_again(&mut self) {
         self.seen = None;
@@ -305,7 +310,9 @@ impl<W: Watch> Runner<W> {
         }
         // A step checks itself: this finds what is bad from the start.
         if !self.checked {
-            if let Err(e) = self.sim.check() {
+            let whole = goal.until.filter(|_| goal.stop_when.is_none() && goal.steps.is_none());
+            let lasts = whole.map_or(Ok(()), |until| self.sim.answers_until(until.seconds()));
+            if let Err(e) = self.sim.check().and(lasts) {
                 return Some(Pause::Ended(Ended::Bad(e)));
             }
             self.checked = true;

@@ -133,6 +133,17 @@ pub trait Block: Send {
     fn remarks(&mut self, _now: &Now, _x: &[f64], _d: &[f64], _sig: &[f64]) -> Vec<BuildError> {
         Vec::new()
     }
+    /// What it has to say when guard `which` fires, before it does.
+    fn tells(
+        &mut self,
+        _now: &Now,
+        _which: usize,
+        _x: &[f64],
+        _d: &[f64],
+        _sig: &[f64],
+    ) -> Option<BuildError> {
+        None
+    }
     /// After a step of an integrator: the state back onto its manifold (unit quaternions, closed loops).
     fn project(&mut self, _x: &mut [f64]) -> Outcome {
         Ok(())
@@ -440,6 +451,18 @@ impl<M: Model> Block for Wired<M> {
         let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
         let (u, ud) = self.inputs(sig);
         self.model.remarks(&c, &x, &d, &u, &ud, &self.store)
+    }
+    fn tells(
+        &mut self,
+        now: &Now,
+        which: usize,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+    ) -> Option<BuildError> {
+        let (c, x, d) = (self.w.clock(now), self.x(x), self.d(d));
+        let (u, ud) = self.inputs(sig);
+        self.model.tells(&c, which, &x, &d, &u, &ud, &self.store)
     }
     fn overlay(&self) -> Option<SharedOverlay> {
         self.model.overlay(&self.store)

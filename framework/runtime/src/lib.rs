@@ -59,15 +59,15 @@ pub use plan::{
     Sum, TickWork, Variable, Via, Watched, WirePlan,
 };
 pub use ports::{
-    AddedMass, ContactLoad, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes, NodeAccel,
-    NodeState, PortKind, PortSpec, Text, Traction, Wrench,
+    AddedMass, BodyMass, ContactLoad, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes,
+    NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
-    Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
+    Air, Atmosphere, Beyond, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
 pub use site::{Axes, Site};
@@ -77,7 +77,8 @@ pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };
 pub use step::{
-    GuardState, MoveReport, Profile, RunError, Simulation, Spent, State, Stop, VariableError,
+    GuardState, MoveReport, Notice, Profile, RunError, Simulation, Spent, State, Stop,
+    VariableError,
 };
 pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};
@@ -87,11 +88,11 @@ pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
-        AddedMass, Air, Atmosphere, Axes, BuildError, Clock, ContactLoad, Direction, Entry, Field,
-        Files, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes, Model,
-        NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock,
-        Scenery, Service, SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun,
-        SunState, Surface, Terrain, Traction, View, Wrench,
+        AddedMass, Air, Atmosphere, Axes, Beyond, BodyMass, BuildError, Clock, ContactLoad,
+        Direction, Entry, Field, Files, Gravity, Ground, Handle, HingeAccel, HingeState,
+        HingeTorque, Lanes, Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues,
+        PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site, SizedModel,
+        SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

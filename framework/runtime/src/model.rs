@@ -213,6 +213,20 @@ pub trait Model: Sized + Send + Sync + 'static {
     ) -> Vec<BuildError> {
         Vec::new()
     }
+    /// What it has to say when the guard `which` fires, before [`Model::fired`]: allowed and probably not meant. It is told once in a
+    /// run for each guard, and the run goes on.
+    fn tells(
+        &self,
+        c: &Clock,
+        which: usize,
+        x: &Self::X,
+        d: &Self::D,
+        u: &Self::U,
+        ud: &Self::Ud,
+        store: &Self::Store,
+    ) -> Option<BuildError> {
+        None
+    }
     /// What it shows on the ground, for viewers and logs: a copy of what is to be drawn, cheap since it is made while the run waits.
     fn overlay(&self, store: &Self::Store) -> Option<SharedOverlay> {
         None

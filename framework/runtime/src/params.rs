@@ -141,6 +141,8 @@ pub struct ReadCx<'a> {
     pub files: Files,
     /// The faults so far.
     pub faults: Vec<Fault>,
+    /// Paths of the services that were bound.
+    pub(crate) asked: Vec<String>,
     /// Parameters that a misspelt name was meant for, with the place of their map: they are not missing as well.
     meant: Vec<(Origin, String)>,
 }
@@ -149,7 +151,7 @@ impl<'a> ReadCx<'a> {
     /// A context for one part.
     pub fn new(path: impl Into<String>, services: &'a Services) -> Self {
         let (files, faults) = (Files::default(), Vec::new());
-        ReadCx { path: path.into(), services, files, faults, meant: Vec::new() }
+        ReadCx { path: path.into(), services, files, faults, asked: Vec::new(), meant: Vec::new() }
     }
 
     /// A context in which parameters are only looked at: files that they name are found, and are no part of a plan.
@@ -502,7 +504,10 @@ impl<T: ?Sized + Provided> Param for Handle<T> {
 impl<T: ?Sized + Provided> Handle<T> {
     fn find(path: Option<&str>, origin: Origin, cx: &mut ReadCx<'_>) -> Option<Self> {
         match cx.services.find::<T>(path, &cx.path) {
-            Ok(handle) => Some(handle),
+            Ok(handle) => {
+                cx.asked.push(handle.path().to_string());
+                Some(handle)
+            }
             Err((message, help)) => {
                 if !cx.services.failed.contains(&T::KIND) {
                     let message = format!("`{}`: {message}", cx.path);

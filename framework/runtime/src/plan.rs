@@ -4,7 +4,7 @@ use crate::condition::Condition;
 use crate::identity::Identity;
 use crate::model::lanes;
 use crate::ports::{Direction, PortKind, Text};
-use crate::services::Services;
+use crate::services::{ServiceObject, Services};
 use crate::time::Seconds;
 use crate::value::{Fault, Origin};
 use linkwork_integrate::{Control, Method};
@@ -79,12 +79,27 @@ pub struct Plan {
     pub sums: Vec<Sum>,
     /// Algebraic loops that are solved.
     pub loops: Vec<Loop>,
+    /// Parts that ask services at their nodes.
+    pub asked: Vec<Asked>,
     /// The start of a machine that was put down at rest; without one it is what the parts say.
     pub rest: Option<SettledStart>,
     /// What is allowed and probably not meant.
     pub warnings: Vec<Fault>,
     /// What its hash is made of.
     pub(crate) identity: Identity,
+}
+
+/// A part that asks a service at a node that is bound to it.
+#[derive(Clone)]
+pub struct Asked {
+    /// Its block.
+    pub part: u32,
+    /// Path of the service.
+    pub service: String,
+    /// The service.
+    pub object: ServiceObject,
+    /// Signal lanes of the node's position, W.
+    pub position: [u32; 3],
 }
 
 /// A start at rest.

@@ -1,7 +1,7 @@
 //! Ports: plain structs seen as flat lanes of `f64`, with names, units, bindings and documentation.
 use crate::units::Unit;
 use linkwork_spatial::nalgebra::{Quaternion, UnitQuaternion};
-use linkwork_spatial::{Quat, Vec3};
+use linkwork_spatial::{Mat3, Quat, Vec3};
 use std::borrow::Cow;
 
 pub use linkwork_integrate::events::Direction;
@@ -28,6 +28,8 @@ pub enum PortKind {
     Wrench,
     /// Mass, first moment and inertia that are added to a body, about a node.
     AddedMass,
+    /// Mass, centre of mass and inertia of a body, seen from a node.
+    BodyMass,
     /// Force of what a body touches, and where it acts.
     ContactLoad,
     /// What the ground does to a wheel that slides over it slowly.
@@ -218,6 +220,13 @@ impl PortSpec {
             PortKind::AddedMass => {
                 let mut v = vec![(".mass".into(), Text::from("kg"))];
                 v.extend(xyz(".first_moment", "kg m"));
+                let names = ["xx", "yy", "zz", "xy", "xz", "yz"];
+                v.extend(names.map(|c| (format!(".inertia.{c}"), "kg m^2".into())));
+                v
+            }
+            PortKind::BodyMass => {
+                let mut v = vec![(".mass".into(), Text::from("kg"))];
+                v.extend(xyz(".com", "m"));
                 let names = ["xx", "yy", "zz", "xy", "xz", "yz"];
                 v.extend(names.map(|c| (format!(".inertia.{c}"), "kg m^2".into())));
                 v
@@ -515,6 +524,17 @@ composite!(
     }
 );
 composite!(
+    /// The body of a node N as the mechanism is made, without mass that wires add while the run goes on; N axes.
+    BodyMass, BodyMass, 10, {
+        /// Mass (kg).
+        mass: f64 = 0,
+        /// Centre of mass, from N (m).
+        com: Vec3 = 1,
+        /// Inertia about the centre of mass: xx, yy, zz, xy, xz, yz, with −∫ x y dm off the diagonal (kg m²).
+        inertia: [f64; 6] = 4
+    }
+);
+composite!(
     /// A one-dof hinge coordinate (sliders: m and m/s).
     HingeState, HingeState, 2, {
         /// Angle (rad).
@@ -589,6 +609,14 @@ impl AddedMass {
                 -m * c.y * c.z,
             ],
         }
+    }
+}
+
+impl BodyMass {
+    /// The matrix of inertia about the centre of mass, N axes (kg m²).
+    pub fn inertia_matrix(&self) -> Mat3 {
+        let [xx, yy, zz, xy, xz, yz] = self.inertia;
+        Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }
 }
 

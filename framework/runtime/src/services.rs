@@ -7,7 +7,7 @@ use crate::scenery::Scenery;
 use crate::site::{Axes, Site};
 use crate::value::remedy;
 use linkwork_collision::relief::{GridFault, Lattice, Relief};
-use linkwork_spatial::Vec3;
+use linkwork_spatial::{Mat3, Quat, Vec3};
 use std::collections::BTreeMap;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
@@ -128,10 +128,27 @@ pub trait Terrain: Send + Sync {
     fn nodes(&self) -> Result<Surface, crate::BuildError> {
         Ok(self.surface())
     }
-    /// What has kept it from answering since it was made: the first thing that went wrong, with the remedy. Where that was, there
+    /// What keeps it from answering at t (s): the first thing that went wrong since it was made, with the remedy. Where that was, there
     /// is no ground; a run stops at the end of the step in which it happens.
-    fn trouble(&self) -> Option<&crate::BuildError> {
+    fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
         None
+    }
+    /// Whether p (m, W) lies beside the map and lower than the ground at the nearest place of its edge: nothing holds a part there.
+    fn beyond(&self, p: Vec3) -> Option<Beyond> {
+        let [x0, y0, x1, y1] = self.bounds();
+        if (x0..=x1).contains(&p.x) && (y0..=y1).contains(&p.y) || !(x0 <= x1 && y0 <= y1) {
+            return None;
+        }
+        let edge = self.ground(p.x.clamp(x0, x1), p.y.clamp(y0, y1))?.height;
+        if p.z >= edge {
+            return None;
+        }
+        let fact = format!(
+            "the map reaches from ({x0:.1}, {y0:.1}) to ({x1:.1}, {y1:.1}) m, and there is no ground at ({:.1}, {:.1}) m, where the height is {:.3} m and that of its edge {edge:.3} m",
+            p.x, p.y, p.z
+        );
+        let help = "make the map larger, or end the run before (`stop_when`): beside it nothing is touched";
+        Some(Beyond { told: crate::BuildError::new(fact).help(help), stops: false })
     }
     /// Rocks (already part of the heights).
     fn rocks(&self) -> Vec<Rock> {
@@ -150,6 +167,19 @@ impl Relief for dyn Terrain + '_ {
 pub trait Gravity: Send + Sync {
     /// Acceleration (m/s²) at p (m), both in W.
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3;
+    /// ∂a/∂p (1/s²) of [`Gravity::acceleration`] at p (m), both in W, for variational equations; symmetric. `None`: not known in
+    /// closed form.
+    fn gradient(&self, _t: f64, _p: Vec3) -> Option<Mat3> {
+        None
+    }
+    /// `R_WP` at t (s): the axes of the planet that has this field, in W. `None`: it has none that are known.
+    fn planet_axes(&self, _t: f64) -> Option<Quat> {
+        self.site().map(|s| s.pose.rotation.inverse())
+    }
+    /// The date of t = 0, as written, where its planet has one.
+    fn epoch(&self) -> Option<&str> {
+        None
+    }
     /// The field, when it is the same everywhere and always.
     fn uniform(&self) -> Option<Vec3> {
         None
@@ -158,6 +188,11 @@ pub trait Gravity: Send + Sync {
     /// locked together and small against it are asked for as a whole, others one by one.
     fn scale(&self, _t: f64, _p: Vec3) -> f64 {
         0.0
+    }
+    /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
+    /// row before, with numbers that hold.
+    fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
+        None
     }
     /// What it takes W for; in a site `acceleration` has the centrifugal part.
     fn axes(&self) -> Axes {
@@ -190,10 +225,28 @@ pub struct Air {
     pub wind: Vec3,
 }
 
+/// What a service says of a place that its data do not reach.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beyond {
+    /// Where its data end and where it was asked, with the remedy.
+    pub told: crate::BuildError,
+    /// The run is to stop there; else it is told once and goes on.
+    pub stops: bool,
+}
+
 /// An atmosphere.
 pub trait Atmosphere: Send + Sync {
     /// The air at p (m), W.
     fn air(&self, t: f64, p: Vec3) -> Air;
+    /// Whether p (m, W) lies beyond its data. It is asked at each row for the nodes of the parts that ask for air.
+    fn beyond(&self, _t: f64, _p: Vec3) -> Option<Beyond> {
+        None
+    }
+    /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
+    /// row before, with numbers that hold.
+    fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
+        None
+    }
     /// What it takes W for.
     fn axes(&self) -> Axes {
         Axes::Any
@@ -217,6 +270,11 @@ pub struct SunState {
 pub trait Sun: Send + Sync {
     /// Direction and distance at simulated time t (s).
     fn state(&self, t: f64) -> SunState;
+    /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
+    /// row before, with numbers that hold.
+    fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
+        None
+    }
     /// What it takes W for.
     fn axes(&self) -> Axes {
         Axes::Any
@@ -273,6 +331,25 @@ impl ServiceObject {
             ServiceObject::Gravity(_) => ServiceKind::Gravity,
             ServiceObject::Atmosphere(_) => ServiceKind::Atmosphere,
             ServiceObject::Sun(_) => ServiceKind::Sun,
+        }
+    }
+
+    /// What it says of a part at p (m, W) that lies beyond its data.
+    pub fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+        match self {
+            ServiceObject::Atmosphere(o) => o.beyond(t, p),
+            ServiceObject::Terrain(o) => o.beyond(p),
+            ServiceObject::Gravity(_) | ServiceObject::Sun(_) => None,
+        }
+    }
+
+    /// What keeps it from answering at t (s).
+    pub fn trouble(&self, t: f64) -> Option<crate::BuildError> {
+        match self {
+            ServiceObject::Terrain(o) => o.trouble(t),
+            ServiceObject::Gravity(o) => o.trouble(t),
+            ServiceObject::Atmosphere(o) => o.trouble(t),
+            ServiceObject::Sun(o) => o.trouble(t),
         }
     }
 }
@@ -508,12 +585,14 @@ impl Services {
         self.objects.insert(path.into(), object);
     }
 
-    /// The first terrain that cannot answer, and why.
-    pub(crate) fn trouble(&self) -> Option<(&str, &crate::BuildError)> {
-        self.objects.iter().find_map(|(path, object)| match object {
-            ServiceObject::Terrain(terrain) => Some((path.as_str(), terrain.trouble()?)),
-            _ => None,
-        })
+    /// The first that cannot answer at t (s), and why.
+    pub(crate) fn trouble(&self, t: f64) -> Option<(&str, crate::BuildError)> {
+        self.objects.iter().find_map(|(path, object)| Some((path.as_str(), object.trouble(t)?)))
+    }
+
+    /// Whether the one at `path` is there and cannot answer at t (s).
+    pub(crate) fn is_troubled(&self, path: &str, t: f64) -> bool {
+        self.objects.get(path).is_some_and(|object| object.trouble(t).is_some())
     }
 
     /// All, by path.

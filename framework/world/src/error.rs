@@ -71,6 +71,14 @@ pub enum WorldError {
         /// What to do.
         help: &'static str,
     },
+    /// A body or a time that an ephemeris does not cover.
+    #[error("{fact}\n  help: {help}")]
+    Uncovered {
+        /// Which body, which time, and what there is.
+        fact: String,
+        /// What to do.
+        help: &'static str,
+    },
     /// Tables of a climate that do not make one.
     #[error("{fact}\n  help: {help}")]
     Climate {

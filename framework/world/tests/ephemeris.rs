@@ -1,5 +1,6 @@
 //! Sun, Moon, planets: golden numbers, DE440, velocities, kernels.
 
+use crate::kernel::Segment;
 use crate::support::*;
 use linkwork_world::ephemeris::*;
 use linkwork_world::planet::{AU, Epoch, PointMotion};
@@ -175,23 +176,9 @@ fn a_sampled_ephemeris_is_its_source() {
     assert!(Sampled::new(&Analytic, Body::Sun, Body::Earth, &epoch.plus(3.1e9), 1e5).is_err());
 }
 
-/// Chebyshev coefficients of f on [a, b] by its values at the nodes.
-fn fit(f: impl Fn(f64) -> f64, a: f64, b: f64, n: usize) -> Vec<f64> {
-    let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / n as f64;
-    let values: Vec<f64> =
-        (0..n).map(|k| f((a + b) / 2.0 + (b - a) / 2.0 * angle(k).cos())).collect();
-    (0..n)
-        .map(|j| {
-            let sum: f64 = (0..n).map(|k| values[k] * (j as f64 * angle(k)).cos()).sum();
-            sum * if j == 0 { 1.0 } else { 2.0 } / n as f64
-        })
-        .collect()
-}
-
 type Path = fn(f64) -> PointMotion;
 
-/// A kernel as *SPK Required Reading* describes it. Each segment: target, centre, type, motion; intervals of
-/// `days` from the start.
+/// A kernel of segments (target, centre, type, motion) over the same time.
 fn kernel(
     segments: &[(i32, i32, i32, Path)],
     start: f64,
@@ -199,45 +186,26 @@ fn kernel(
     count: usize,
     big: bool,
 ) -> Vec<u8> {
-    let f = |x: f64| if big { x.to_be_bytes() } else { x.to_le_bytes() };
-    let i = |x: i32| if big { x.to_be_bytes() } else { x.to_le_bytes() };
-    let length = days * 86400.0;
-    let mut file = vec![0u8; 3 * 1024];
-    file[0..8].copy_from_slice(b"DAF/SPK ");
-    file[8..12].copy_from_slice(&i(2));
-    file[12..16].copy_from_slice(&i(6));
-    file[76..80].copy_from_slice(&i(2));
-    file[80..84].copy_from_slice(&i(2));
-    file[88..96].copy_from_slice(if big { b"BIG-IEEE" } else { b"LTL-IEEE" });
-    file[1024 + 16..1024 + 24].copy_from_slice(&f(segments.len() as f64));
-    for (k, (target, centre, kind, path)) in segments.iter().enumerate() {
-        let first = file.len() / 8 + 1;
-        let mut words = Vec::new();
-        let n = 14;
-        for r in 0..count {
-            let a = start + r as f64 * length;
-            words.extend([a + length / 2.0, length / 2.0]);
-            for axis in 0..3 {
-                words.extend(fit(|t| path(t).position[axis] / 1000.0, a, a + length, n));
+    let paths: Vec<_> = (segments.iter())
+        .map(|(.., path)| {
+            move |t: f64| {
+                let m = path(t);
+                [m.position.into(), m.velocity.into()]
             }
-            if *kind == 3 {
-                for axis in 0..3 {
-                    words.extend(fit(|t| path(t).velocity[axis] / 1000.0, a, a + length, n));
-                }
-            }
-        }
-        let size = 2 + n * if *kind == 3 { 6 } else { 3 };
-        words.extend([start, length, size as f64, count as f64]);
-        file.extend(words.iter().flat_map(|x| f(*x)));
-        let at = 1024 + 24 + 40 * k;
-        file[at..at + 8].copy_from_slice(&f(start));
-        file[at + 8..at + 16].copy_from_slice(&f(start + length * count as f64));
-        let ints = [*target, *centre, 1, *kind, first as i32, (file.len() / 8) as i32];
-        for (j, x) in ints.into_iter().enumerate() {
-            file[at + 16 + 4 * j..at + 20 + 4 * j].copy_from_slice(&i(x));
-        }
-    }
-    file
+        })
+        .collect();
+    let all: Vec<Segment<'_>> = (segments.iter().zip(&paths))
+        .map(|(&(target, centre, kind, _), path)| Segment {
+            target,
+            centre,
+            kind,
+            start,
+            days,
+            count,
+            path,
+        })
+        .collect();
+    crate::kernel::kernel(&all, big)
 }
 
 fn moon_at(et: f64) -> PointMotion {
@@ -290,9 +258,16 @@ fn kernels_are_read_in_both_byte_orders_and_types() {
             near3(&spk.between(3, 399, et).unwrap().position, &-e.position, 1e-3, "up");
             assert_eq!(spk.between(399, 399, et).unwrap().position, Vec3::zeros());
         }
-        for (target, origin, et) in [(399, 10, start - 1.0), (499, 10, start), (10, 499, start)] {
-            let e = spk.between(target, origin, et).unwrap_err().to_string();
-            assert!(e.contains("no way between"), "{e}");
+        let e = |target, origin, et| spk.between(target, origin, et).unwrap_err().to_string();
+        let late = e(399, 10, start - 1.0);
+        assert!(late.contains("no way between bodies 399 and 10 at 2012-05-11T"), "{late}");
+        assert!(late.contains("from 2012-05-11T") && late.contains(" to 2012-05-31T"), "{late}");
+        for (target, origin) in [(499, 10), (10, 499)] {
+            let e = e(target, origin, start);
+            assert!(
+                e.contains("no body 499; it has 0, 3, 10, 301, 399") && e.contains("help"),
+                "{e}"
+            );
         }
     }
 }
@@ -325,4 +300,92 @@ fn damaged_kernels_are_refused() {
         data[at] = random.next() as u8;
         let _ = Spk::parse("bent.bsp", &data);
     }
+}
+
+/// Pieces that follow one another are one span; a gap ends it. A ring, which no kernel has, ends too.
+#[test]
+fn a_kernel_tells_its_span_through_all_pieces_of_the_way() {
+    let (day, start) = (86_400.0, 1e8);
+    let still = |_: f64| [[1e9, 0.0, 0.0], [0.0; 3]];
+    let piece = |target, centre, from: f64, count| Segment {
+        target,
+        centre,
+        kind: 2,
+        start: start + from * day,
+        days: 2.0,
+        count,
+        path: &still,
+    };
+    let list = [
+        piece(10, 0, 0.0, 10),
+        piece(399, 0, 1.0, 2),
+        piece(399, 0, 5.0, 3),
+        piece(399, 0, 13.0, 2),
+        piece(7, 8, 0.0, 10),
+        piece(8, 7, 0.0, 10),
+    ];
+    let spk = Spk::parse("made.bsp", &crate::kernel::kernel(&list, false)).unwrap();
+    let span = |t: f64| spk.span(399, 10, start + t * day).map(|s| s.map(|et| (et - start) / day));
+    for (t, want) in [(1.0, [1.0, 11.0]), (6.0, [1.0, 11.0]), (14.0, [13.0, 17.0])] {
+        assert_eq!(span(t).unwrap(), want, "{t}");
+    }
+    let e = span(12.0).unwrap_err().to_string();
+    assert_eq!(e.matches(" to 2003-").count(), 2, "both spans are told: {e}");
+    assert!(spk.between(7, 399, start + 6.0 * day).is_err());
+}
+
+/// Where a source ends no sample is taken beyond it, and what holds to the end is no less good there.
+#[test]
+fn a_table_takes_no_sample_beyond_its_span() {
+    struct Short(Epoch, f64);
+    impl Ephemeris for Short {
+        fn state(
+            &self,
+            target: Body,
+            origin: Body,
+            tdb: (f64, f64),
+        ) -> Result<PointMotion, linkwork_world::WorldError> {
+            let start = self.0.tdb_days();
+            let t = ((tdb.0 - start.0) + (tdb.1 - start.1)) * 86_400.0;
+            assert!(t >= 0.0 && t <= self.1, "asked at {t} s of {} s", self.1);
+            Analytic.state(target, origin, tdb)
+        }
+        fn span(
+            &self,
+            target: Body,
+            origin: Body,
+            tdb: (f64, f64),
+        ) -> Result<[f64; 2], linkwork_world::WorldError> {
+            Analytic.span(target, origin, tdb)
+        }
+    }
+    let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
+    for (target, duration) in [(Body::Moon, 100_000.0), (Body::Sun, 172_800.0), (Body::Sun, 1e6)] {
+        let source = Short(epoch, duration);
+        let table = Sampled::new(&source, target, Body::Earth, &epoch, duration).unwrap();
+        let tdb = epoch.tdb_days();
+        let end = Analytic.state(target, Body::Earth, (tdb.0, tdb.1 + duration / 86_400.0));
+        near3(&table.at(duration).unwrap().position, &end.unwrap().position, 0.02, "the end");
+    }
+}
+
+#[test]
+fn what_series_and_ellipses_do_not_hold_for_is_refused_with_their_span() {
+    let century = |t: f64| (36_525.0 * t, 0.0);
+    for (body, t, words) in [
+        (Body::Sun, 1.0 + 1e-4, "from 1900 to 2100, not at 2100-01-05T"),
+        (Body::Earth, -1.0 - 1e-4, "from 1900 to 2100"),
+        (Body::Mars, 0.5 + 1e-4, "Mars's ellipse hold from 1800 to 2050, not at 2050-01-04T"),
+    ] {
+        let origin = if body == Body::Earth { Body::Sun } else { Body::Earth };
+        let e = Analytic.state(body, origin, century(t)).unwrap_err().to_string();
+        assert!(e.contains(words) && e.contains("take a kernel"), "{e}");
+    }
+    let years = |body| {
+        let span = Analytic.span(body, Body::Earth, (0.0, 0.0)).unwrap();
+        span.map(|et| 2000.0 + et / (365.25 * 86_400.0))
+    };
+    assert_eq!(years(Body::Sun), [1900.0, 2100.0]);
+    assert_eq!(years(Body::Moon), [1900.0, 2100.0]);
+    assert_eq!(years(Body::Mars), [1900.0, 2050.0]);
 }

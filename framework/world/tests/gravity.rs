@@ -227,6 +227,52 @@ fn third_body_is_exact_where_differences_are_not() {
 }
 
 /// quick_golden.json, gravity_gradient.
+/// Each is the slope of its acceleration, symmetric, and without a trace, as that of a harmonic field.
+#[test]
+fn gradients_for_variational_equations_are_slopes() {
+    let mu = 4e14;
+    let j = [1e-3, -2e-3, 3e-3, 1e-3];
+    let (s, R) = (Vec3::new(3e8, -1e8, 2e8), 6.4e6);
+    let raiser = TideRaiser { mu: 5e12, position: s };
+    type Pair<'a> =
+        (&'a str, &'a dyn Fn(&Vec3) -> Vec3, &'a dyn Fn(&Vec3) -> linkwork_world::spatial::Mat3);
+    let all: [Pair<'_>; 4] = [
+        ("point mass", &|p| point_mass(mu, p), &|p| point_mass_gradient(mu, p)),
+        ("zonal", &|p| zonal(mu, R, &j, p), &|p| zonal_gradient(mu, R, &j, p)),
+        ("third body", &|p| third_body(5e12, p, &s), &|p| third_body_gradient(5e12, p, &s)),
+        ("tide", &|p| solid_tide(0.3, R, &raiser, p), &|p| solid_tide_gradient(0.3, R, &raiser, p)),
+    ];
+    for p in [Vec3::new(5e6, -3e6, 4e6), Vec3::new(-1e5, 2e5, -7e6), Vec3::new(0.0, 0.0, 8e6)] {
+        for (name, a, gradient) in &all {
+            let g = gradient(&p);
+            let h = 2e3;
+            let slope = |k: usize| {
+                let mut e = Vec3::zeros();
+                e[k] = h;
+                let d = |s: f64| a(&(p + e * s)) - a(&(p - e * s));
+                // Of the fourth order.
+                (d(1.0) * 8.0 - d(2.0)) / (12.0 * h)
+            };
+            let size = g.norm();
+            for k in 0..3 {
+                near3(
+                    &Vec3::from(g.column(k)),
+                    &slope(k),
+                    2e-9 * size,
+                    &format!("{name} {k} at {p}"),
+                );
+            }
+            assert!((g - g.transpose()).norm() < 1e-14 * size, "{name} at {p}");
+            assert!(g.trace().abs() < 1e-13 * size, "{name} at {p}");
+        }
+    }
+    // The zonal one beside the series.
+    let field = Harmonics::new(&Coefficients::zonal(mu, R, &j).unwrap());
+    let p = Vec3::new(4e6, 3e6, -5e6);
+    let (a, b) = (zonal_gradient(mu, R, &j, &p), field.full(&p).gradient);
+    assert!((a - b).norm() < 1e-14 * b.norm(), "{a} {b}");
+}
+
 #[test]
 fn torque_of_the_gradient() {
     let I = Mat3::new(900.0, 20.0, -15.0, 20.0, 1100.0, 30.0, -15.0, 30.0, 1500.0);

@@ -7,6 +7,8 @@ mod ephemeris;
 mod frames;
 mod gravity;
 mod gravity_files;
+#[path = "../../../tests/common/kernel.rs"]
+mod kernel;
 mod magnetic;
 mod nesc;
 mod orbit;

@@ -336,7 +336,7 @@ impl Mechanism {
     }
 
     /// Rates v (nv,) at q (nq,) for which the frames move as nearly as asked as they can, the least
-/// such rates, within rate limits, not outward at a limit, with the mechanism's own loops and
+    /// such rates, within rate limits, not outward at a limit, with the mechanism's own loops and
     /// couplings closed and prescribed motions across loops at rest. Prescribed coordinates, and the hinges of the bodies in `keep`, have the rate of
     /// v (nv,), zero when left out. Rates in rad/s and m/s.
     ///

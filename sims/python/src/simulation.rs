@@ -139,6 +139,14 @@ impl Simulation {
                 }
                 lock(&this.running).go(&mut goal)
             });
+            let told = lock(&this.running).runner().new_notices();
+            for (t, fault) in told {
+                let help = fault.help.map_or(String::new(), |help| format!("\n  help: {help}"));
+                let text = format!("t = {t} s: {}{help}", fault.message).replace('\0', " ");
+                let text = std::ffi::CString::new(text).unwrap_or_default();
+                let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
+                PyErr::warn(py, &category, &text, 1)?;
+            }
             match stopped {
                 Stopped::Done => return Ok(()),
                 Stopped::Chunk => {}

@@ -6,8 +6,12 @@ mod balloon;
 mod check_cases;
 mod descent;
 mod entry;
+mod ephemeris;
+#[path = "../../common/kernel.rs"]
+mod kernel;
 mod lunar_landing;
 mod missions;
+mod notices;
 mod orders;
 mod refusals;
 mod rendezvous;

@@ -107,11 +107,16 @@ fn an_ascent_without_a_solution_says_so_and_holds_its_steering() {
     assert!(slopes.iter().all(|b| (b - slopes[0]).abs() < 1e-12), "{slopes:?}");
 }
 
-/// SOFA's series of the Earth ends in 2100, J2000 + 36525 days: a run that goes on beyond is stopped at the first
-/// row that has no Sun. The message has time and body; that the epoch is the cause only the refusal of a later
-/// start says.
+/// SOFA's series of the Earth ends in 2100, J2000 + 36525 days: a run that goes on beyond is stopped at the last row
+/// before, with numbers that hold; the message names service, span, epoch and remedy. One that is to go on until then is refused at
+/// its start, one that may end before is not.
 #[test]
 fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
+    use linkwork_runner::{Ended, Goal, Pause, Runner, Watch};
+    struct Nobody;
+    impl Watch for Nobody {
+        fn tick(&mut self, _: &linkwork_runtime::Simulation) {}
+    }
     let file = linkwork_tests::root().join("sims/earth_orbit/ggm03s_20.txt").display().to_string();
     let text = |epoch: &str| {
         format!(
@@ -127,13 +132,40 @@ fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
     };
     let mut sim = scene(&text("2089-12-25 00:00:00 UTC"), &[]).unwrap();
     sim.run_until(seconds(1e6)).unwrap();
-    let mut sim = scene(&text("2099-12-25 00:00:00 UTC"), &[]).unwrap();
+    let late = || scene(&text("2099-12-25 00:00:00 UTC"), &[]).unwrap();
+    let mut sim = late();
     let told = sim.run_until(seconds(1e6)).unwrap_err().to_string();
     // Noon of 1 January 2100 TDB is 7.5 days behind the start, 69 s of TT − UTC earlier.
-    assert!((sim.time() - 7.5 * 86_400.0).abs() < 200.0, "{told}");
-    assert!(told.contains(&format!("t = {} s", sim.time())) && told.contains("`craft`"), "{told}");
+    let end = 7.5 * 86_400.0 - 69.184;
+    assert!(sim.time() <= end && sim.time() > end - 100.0, "{told}");
+    assert!(get(&sim, "craft.position").norm() < 5e7 && sim.check().is_ok());
+    for part in [
+        &format!(
+            "t = {} s: `Gravity`: the built-in ephemeris has the Sun from the Earth",
+            sim.time()
+        ),
+        "from 1900-01-01T11:59:",
+        " to 2100-01-01T11:58:",
+        "after the epoch 2099-12-25T00:00:00",
+        "help: end the run before t = 647930 s",
+        "`kernel`",
+    ] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let goal = |until: f64| Goal { until: Some(seconds(until)), ..Goal::default() };
+    let first = |mut goal: Goal| Runner::new(late(), Nobody).go(&mut goal, 1);
+    assert_eq!(first(goal(6e5)), Pause::Chunk);
+    assert_eq!(first(Goal { steps: Some(3), ..goal(1e6) }), Pause::Chunk);
+    let Pause::Ended(Ended::Bad(e)) = first(goal(1e6)) else { panic!("not refused") };
+    let told = e.to_string();
+    assert!(told.contains("t = 0 s: the run cannot reach its end: `Gravity`: "), "{told}");
     let told = scene(&text("2100-06-25 00:00:00 UTC"), &[]).err().unwrap();
-    for part in ["`Gravity.third_bodies`", "days past J2000", "hold from 1900 to 2100"] {
+    for part in [
+        "`Gravity.third_bodies`",
+        "at the epoch 2100-06-25T00:00:00",
+        "hold from 1900 to 2100, not at 2100-06-25",
+        "kernel",
+    ] {
         assert!(told.contains(part), "{part}: {told}");
     }
 }

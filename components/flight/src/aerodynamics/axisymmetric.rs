@@ -139,6 +139,13 @@ pub(super) fn remark(inside: f64) -> Vec<BuildError> {
     outside.then(|| BuildError::new(fact).help(help).at("outside")).into_iter().collect()
 }
 
+/// What is said of a flow that leaves the tables.
+pub(super) fn leaves(mach: f64, was: &Left) -> Option<BuildError> {
+    let fact = format!("the flow leaves the tables, at Mach {mach:.4}");
+    let help = "the value at the end is taken; extend the tables, or write `outside: stop`";
+    (!was.outside).then(|| BuildError::new(fact).help(help).at("outside"))
+}
+
 /// A capsule by tables.
 pub struct Axisymmetric {
     p: AxisymmetricParams,
@@ -222,6 +229,17 @@ impl Model for Axisymmetric {
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
+    }
+    fn tells(
+        &self,
+        c: &Clock,
+        _: usize,
+        _: &Heat,
+        d: &Left,
+        _: &(),
+        u: &BodyIn,
+    ) -> Option<BuildError> {
+        leaves(self.air(c.t, &u.body).0.mach, d)
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         remark(self.air(c.t, u).1)

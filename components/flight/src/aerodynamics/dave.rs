@@ -11,7 +11,7 @@
 //! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps or stops.
 
 use super::air_data::{AirData, Outside};
-use super::axisymmetric::{Edge, Left, remark};
+use super::axisymmetric::{Edge, Left, leaves, remark};
 use linkwork_formats::daveml::{DaveModel, Role, read_dave, unit_text};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value};
@@ -439,6 +439,17 @@ impl Model for DaveAerodynamics {
     }
     fn fired(&self, _: &Clock, _: usize, _: &(), _: &Left) -> ((), Left) {
         ((), Left { outside: true })
+    }
+    fn tells(
+        &self,
+        c: &Clock,
+        _: usize,
+        _: &(),
+        d: &Left,
+        _: &(),
+        u: &DaveIn,
+    ) -> Option<BuildError> {
+        leaves(self.air(c.t, u).mach, d)
     }
     fn remarks(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Vec<BuildError> {
         remark(self.inside(c.t, u))

@@ -9,7 +9,7 @@
 //! event. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
 
 use super::air_data::{AirData, Outside, gusty};
-use super::axisymmetric::{Edge, Heat, Left, Passed, remark};
+use super::axisymmetric::{Edge, Heat, Left, Passed, leaves, remark};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
@@ -176,6 +176,17 @@ impl Model for EntryAerodynamics {
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
+    }
+    fn tells(
+        &self,
+        c: &Clock,
+        _: usize,
+        _: &Heat,
+        d: &Left,
+        _: &(),
+        u: &EntryIn,
+    ) -> Option<BuildError> {
+        leaves(AirData::met(&self.p.atmosphere, c.t, &u.body, &Vec3::zeros(), &u.gust).mach, d)
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Vec<BuildError> {
         remark(self.edge(c.t, u))

@@ -1,23 +1,24 @@
 //! `flight.gravity_gradient`: the torque by which a planet's pull turns a long body towards the vertical.
 //! ```text
-//! M = 3 μ/r³ r̂ × (I r̂)      body axes      I about the centre of mass, r from the planet's centre to the node
+//! M = 3 μ/r³ r̂ × (I r̂)      body axes      I about the centre of mass, r from the planet's centre to it
 //! ```
 //! Of a point mass, and to the first order in the body's size over r: J₂ of the Earth changes it by some 0.1 %. A body feels it
 //! only through this part: gravity acts on each body of the mechanism at its centre of mass. Bodies of a mechanism
-//! that are small or locked together need one part with the inertia of the whole; of bodies far apart the pull on
-//! each one gives the torque of their distance, and a part on each that of its own inertia.
+//! that are small or locked together need one part with the inertia of the whole, written, on one of them; of bodies far apart the pull on
+//! each one gives the torque of their distance, and a part on each that of its own inertia, which it knows from the body.
 
 use linkwork_runtime::prelude::*;
-use linkwork_spatial::Mat3;
+use linkwork_spatial::{MassProperties, Mat3};
 use linkwork_world::gravity::torque;
 
 /// Planet and body.
 #[derive(Params, Clone, Debug)]
 pub struct GravityGradientParams {
-    /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node; as the body's own `inertia`.
+    /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node; unwritten: those of the body itself, without what wires
+    /// add to it. Written of the whole where bodies are locked together: the node is then taken for its centre of mass.
     #[param(unit = "kg m^2")]
-    pub inertia: Vec3,
-    /// The rest of the matrix of inertia: xy, xz, yz.
+    pub inertia: Option<Vec3>,
+    /// With `inertia`, the rest of its matrix: xy, xz, yz.
     #[param(unit = "kg m^2", default = Vec3::zeros())]
     pub products: Vec3,
     /// μ of the planet.
@@ -31,9 +32,12 @@ pub struct GravityGradientParams {
 /// The body.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct GravityGradientIn {
-    /// Node with the axes of the inertia, near the centre of mass.
+    /// Node with the axes of the inertia.
     #[port(bind = "body")]
     pub body: NodeState,
+    /// Mass and inertia of its body.
+    #[port(bind = "body")]
+    pub own: BodyMass,
 }
 
 /// Load.
@@ -50,8 +54,17 @@ pub struct GravityGradientOut {
 /// Torque of a gravity gradient.
 pub struct GravityGradient {
     mu: f64,
-    inertia: Mat3,
+    /// Where it is written.
+    inertia: Option<Mat3>,
     site: Option<Site>,
+}
+
+impl GravityGradientParams {
+    /// The matrix that is written.
+    fn written(&self) -> Option<Mat3> {
+        let (i, j) = (self.inertia?, self.products);
+        Some(Mat3::new(i.x, j.x, j.y, j.x, i.y, j.z, j.y, j.z, i.z))
+    }
 }
 
 /// Torque of a planet's gravity gradient on a body.
@@ -61,28 +74,47 @@ impl Model for GravityGradient {
     type Ud = GravityGradientIn;
     type Yd = GravityGradientOut;
     fn build(p: GravityGradientParams) -> Result<Self, BuildError> {
-        let (i, j) = (p.inertia, p.products);
-        let inertia = Mat3::new(i.x, j.x, j.y, j.x, i.y, j.z, j.y, j.z, i.z);
-        let main = inertia.symmetric_eigenvalues();
-        // Of a flat plate the greatest is the sum of the others.
-        let round = 1e-9 * main.amax();
-        if !(main.min() >= -round && main.sum() - 2.0 * main.max() >= -round) {
-            let fact = format!(
-                "no body has this inertia: its principal moments are {:.6e}, {:.6e}, {:.6e} kg m^2",
-                main.x, main.y, main.z
-            );
-            return Err(BuildError::new(fact)
-                .help("none is below 0 or above the sum of the others; write the body's own")
-                .at(if j == Vec3::zeros() { "inertia" } else { "products" }));
+        let inertia = p.written();
+        if let Some(inertia) = inertia {
+            // Any mass will do: it is about the centre.
+            MassProperties::new(1.0, Vec3::zeros(), inertia).validate().map_err(|e| {
+                BuildError::new(format!("no body has this inertia: {e}"))
+                    .help("leave it out: the body's own is taken")
+                    .at(if p.products == Vec3::zeros() { "inertia" } else { "products" })
+            })?;
+        } else if p.products != Vec3::zeros() {
+            return Err(BuildError::new("`products` is written without `inertia`")
+                .help("write both, or neither: the body's own is taken")
+                .at("products"));
         }
         let site = p.gravity.as_ref().and_then(|g| g.site());
         Ok(GravityGradient { mu: p.mu, inertia, site })
     }
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &GravityGradientIn) -> GravityGradientOut {
-        let r = self.site.map_or(u.body.position, |s| s.from_centre(&u.body.position));
-        let torque = torque(self.mu, &self.inertia, &(u.body.rotation.inverse() * r));
+        let (inertia, at) = match self.inertia {
+            Some(inertia) => (inertia, u.body.position),
+            None => (u.own.inertia_matrix(), u.body.position + u.body.rotation * u.own.com),
+        };
+        let r = self.site.map_or(at, |s| s.from_centre(&at));
+        let torque = torque(self.mu, &inertia, &(u.body.rotation.inverse() * r));
         let load = Wrench { moment: u.body.rotation * torque, force: Vec3::zeros() };
         GravityGradientOut { load, torque }
+    }
+    fn remarks(&self, _: &Clock, _: &(), _: &(), _: &(), u: &GravityGradientIn) -> Vec<BuildError> {
+        let own = u.own.inertia_matrix();
+        let differs = |written: &Mat3| (written - own).amax() > 1e-6 * own.amax();
+        let told = self.inertia.filter(differs).map(|written| {
+            let moments =
+                |m: &Mat3| format!("({:.6}, {:.6}, {:.6})", m[(0, 0)], m[(1, 1)], m[(2, 2)]);
+            let fact = format!(
+                "`inertia` is {} kg m^2 about the axes of the node, and that of its body {}",
+                moments(&written),
+                moments(&own)
+            );
+            let help = "leave it out, unless it is that of several bodies that are locked together";
+            BuildError::new(fact).help(help).at("inertia")
+        });
+        told.into_iter().collect()
     }
 }
 
@@ -93,16 +125,50 @@ mod tests {
 
     fn params() -> GravityGradientParams {
         GravityGradientParams {
-            inertia: Vec3::new(900.0, 1100.0, 1500.0),
+            inertia: Some(Vec3::new(900.0, 1100.0, 1500.0)),
             products: Vec3::new(20.0, -15.0, 30.0),
             mu: 3.986_004_418e14,
             gravity: None,
         }
     }
 
+    /// A body of 70 kg with the inertia of [`params`], its centre of mass off the node.
+    fn own() -> BodyMass {
+        let inertia = [900.0, 1100.0, 1500.0, 20.0, -15.0, 30.0];
+        BodyMass { mass: 70.0, com: Vec3::new(2e4, -1e4, 3e4), inertia }
+    }
+
     fn at(p: GravityGradientParams, body: NodeState) -> GravityGradientOut {
         let m = GravityGradient::build(p).unwrap();
-        m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &GravityGradientIn { body }, &())
+        let u = GravityGradientIn { body, own: own() };
+        m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &())
+    }
+
+    /// Unwritten it is the torque of the body's own inertia at its own centre of mass; written otherwise, a remark tells.
+    #[test]
+    fn unwritten_it_is_the_inertia_of_the_body() {
+        let rotation = Quat::from_euler_angles(0.4, 0.2, -0.6);
+        let body =
+            NodeState { position: Vec3::new(3e6, -5e6, 4e6), rotation, ..NodeState::identity() };
+        let bare = GravityGradientParams { inertia: None, products: Vec3::zeros(), ..params() };
+        let centre = NodeState { position: body.position + rotation * own().com, ..body };
+        let (unwritten, written) = (at(bare.clone(), body), at(params(), centre));
+        assert!(
+            (unwritten.torque - written.torque).norm() < 1e-15 && unwritten.torque.norm() > 1e-4
+        );
+        assert!((unwritten.torque - at(params(), body).torque).norm() > 1e-6);
+        let remarks = |p: &GravityGradientParams| {
+            let m = GravityGradient::build(p.clone()).unwrap();
+            let u = GravityGradientIn { body, own: own() };
+            m.remarks(&Clock::at(0.0, 0.1, 0), &(), &(), &(), &u, &())
+        };
+        assert!(remarks(&bare).is_empty() && remarks(&params()).is_empty());
+        let other = GravityGradientParams { products: Vec3::new(20.0, -15.0, 30.1), ..params() };
+        let told = remarks(&other);
+        assert!(told.len() == 1 && told[0].message.contains("that of its body"), "{told:?}");
+        let half = GravityGradientParams { inertia: None, ..params() };
+        let e = GravityGradient::build(half).err().unwrap();
+        assert!(e.param.as_deref() == Some("products") && e.help.is_some());
     }
 
     /// Golden numbers of `framework/world/tests/gravity.rs`; and the pull on six masses that have this inertia.
@@ -118,8 +184,7 @@ mod tests {
         assert!((rotation * golden - y.load.moment).norm() < 1e-17 && y.load.force.norm() == 0.0);
         // Two masses m/2 at ±√(k/m) along each principal axis of ∫ x xᵀ dm, whose values are k.
         let p = params();
-        let (i, j) = (p.inertia, p.products);
-        let inertia = Mat3::new(i.x, j.x, j.y, j.x, i.y, j.z, j.y, j.z, i.z);
+        let inertia = p.written().unwrap();
         let spread = (Mat3::identity() * (0.5 * inertia.trace()) - inertia).symmetric_eigen();
         // Arms of some kilometres, so that the difference is not lost in rounding.
         let (mut moment, mass) = (Vec3::zeros(), 1e-4);
@@ -158,13 +223,14 @@ mod tests {
             (Vec3::new(-1.0, 1.0, 1.0), Vec3::zeros(), "inertia"),
             (Vec3::new(2.0, 2.0, 2.0), Vec3::new(3.0, 0.0, 0.0), "products"),
         ] {
-            let p = GravityGradientParams { inertia, products, ..params() };
+            let p = GravityGradientParams { inertia: Some(inertia), products, ..params() };
             let e = GravityGradient::build(p).err().unwrap();
             assert!(e.param.as_deref() == Some(name) && e.help.is_some(), "{}", e.message);
         }
         // A rod and a plate are bodies.
         for inertia in [Vec3::new(0.0, 5.0, 5.0), Vec3::new(1.0, 2.0, 3.0)] {
-            let p = GravityGradientParams { inertia, products: Vec3::zeros(), ..params() };
+            let products = Vec3::zeros();
+            let p = GravityGradientParams { inertia: Some(inertia), products, ..params() };
             assert!(GravityGradient::build(p).is_ok());
         }
     }

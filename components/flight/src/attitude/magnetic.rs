@@ -1,26 +1,17 @@
 //! `flight.magnetic_field`, `flight.magnetic_torquer`: coils that push against a planet's field.
 //! ```text
-//! dipole   B = (a/r)³ (3 (m · r̂) r̂ − m)      a = 6371.2 km, m = (g₁¹, h₁¹, g₁⁰) in the planet's axes, which turn about z of W,
-//!                                            or are those of the site that W is: then the field stands still in W
+//! dipole   B = (a/r)³ (3 (m · r̂) r̂ − m)      a = 6371.2 km, m = (g₁¹, h₁¹, g₁⁰) in the planet's axes
 //! degree   B = −∇V, V = a Σ (a/r)ⁿ⁺¹ Σ P̃_nm(sin φ)(g cos mλ + h sin mλ): IGRF-14 at the epoch, to the degree that is written
 //! M = d × B                                  d: the dipole of the coils, body axes, within its limit by axis
 //! ```
-//! The field of the epoch is kept: it changes by some 100 nT a year. Currents in the ionosphere and beyond are not in it.
+//! Axes and epoch are those of the planet that gravity has, so that the two cannot disagree; in a site the field stands still in W. Where gravity knows
+//! none, the planet turns about z of W. The field of the epoch is kept: it changes by some 100 nT a year. Currents in the ionosphere and
+//! beyond are not in it.
 
 use linkwork_runtime::prelude::*;
 use linkwork_world::WorldError;
 use linkwork_world::magnetic::{self, Igrf, dipole};
 use linkwork_world::planet::Epoch;
-use linkwork_world::planet::rotation::{Earth, EarthParameters, Rotation};
-
-/// How the planet of a field turns in W.
-#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FieldTurning {
-    /// About z of W at `rate`, from `angle`.
-    Fixed,
-    /// The Earth of IAU 2006/2000A, as a planet with `turns: iau`; W has the axes of the GCRS.
-    Iau,
-}
 
 /// A planet's dipole, or the reference field of the Earth.
 #[derive(Params, Clone, Debug)]
@@ -28,28 +19,19 @@ pub struct FieldParams {
     /// (g₁¹, h₁¹, g₁⁰); unwritten, and without `degree`: as it stands of the Earth in 2020 (IGRF).
     #[param(unit = "T")]
     pub dipole: Option<Vec3>,
-    /// Degree of IGRF-14 instead of a dipole, 13 at the most; needs `epoch`.
+    /// Degree of IGRF-14 instead of a dipole, 13 at the most; needs an epoch.
     #[param(range = 1.0..=13.0)]
     pub degree: Option<usize>,
-    /// Date of t = 0, 1900 to 2030, for `degree` and `turns: iau`; as that of the planet.
+    /// Date of t = 0, 1900 to 2030, for `degree`, where the `planet` of gravity has none.
     #[param(default = None)]
     pub epoch: Option<String>,
-    /// How the planet turns in W: fixed (about z), iau (the Earth, needs `epoch`). From a site it does as the site.
-    #[param(default = FieldTurning::Fixed)]
-    pub turns: FieldTurning,
-    /// Rate of the planet about z of W; unwritten: the Earth's, and in a site the site's.
+    /// Rate of the planet about z of W where gravity has no `planet`; unwritten: the Earth's.
     #[param(unit = "rad/s")]
     pub rate: Option<f64>,
-    /// Angle from x of W to its prime meridian at t = 0; unwritten: 0, and in a site the site's.
+    /// Angle from x of W to its prime meridian at t = 0 where gravity has no `planet`; unwritten: 0.
     #[param(unit = "rad")]
     pub angle: Option<f64>,
-    /// With `turns: iau`: UT1 − UTC at the epoch, as that of the planet.
-    #[param(unit = "s", default = 0.0, range = -1.0..=1.0)]
-    pub dut1: f64,
-    /// With `turns: iau`: how long the table of the Earth's axis is made for, as that of the planet.
-    #[param(unit = "s", default = 172_800.0, range = 1.0..=1e9)]
-    pub span: f64,
-    /// Gravity, which knows the site that W may be.
+    /// Gravity, whose planet has this field.
     #[param(service)]
     pub gravity: Option<Handle<dyn Gravity>>,
 }
@@ -91,12 +73,10 @@ impl Source {
 
 /// How its axes stand in W.
 enum Turn {
-    /// As those of the site that W is.
-    Site(Site),
+    /// As those of the planet that gravity has, and the site that W may be.
+    Planet(Handle<dyn Gravity>, Option<Site>),
     /// Rate (rad/s) and angle (rad) at t = 0 about z of W.
     AboutZ(f64, f64),
-    /// By the IAU.
-    Iau(Box<Rotation>),
 }
 
 /// A magnetic field.
@@ -116,12 +96,21 @@ fn fault(e: &WorldError, param: &str) -> BuildError {
 }
 
 impl FieldParams {
-    /// The epoch, which `why` needs.
-    fn epoch(&self, why: &str) -> Result<Epoch, BuildError> {
-        let Some(text) = &self.epoch else {
-            return Err(BuildError::new(format!("`{why}` needs an epoch, and there is none"))
-                .help("write that of the planet, e.g. epoch: \"2025-01-01 00:00:00 UTC\"")
-                .at("epoch"));
+    /// The epoch of gravity's planet, or else the one that is written.
+    fn epoch(&self) -> Result<Epoch, BuildError> {
+        let known = self.gravity.as_ref().and_then(|g| Some((g.path(), g.epoch()?)));
+        let text = match (known, &self.epoch) {
+            (Some((path, _)), Some(_)) => {
+                let fact = format!("`epoch` is written, and the planet of `{path}` has one");
+                return Err(BuildError::new(fact).help("take `epoch` out").at("epoch"));
+            }
+            (Some((_, text)), None) => text,
+            (None, Some(text)) => text,
+            (None, None) => {
+                return Err(BuildError::new("`degree` needs an epoch, and there is none")
+                    .help("write one in the `planet` of gravity, e.g. epoch: \"2025-01-01 00:00:00 UTC\"")
+                    .at("epoch"));
+            }
         };
         Epoch::parse(text).map_err(|e| fault(&e, "epoch"))
     }
@@ -136,39 +125,23 @@ impl FieldParams {
                 .at("dipole"));
         }
         let igrf = Igrf::v14().truncated(degree).map_err(|e| fault(&e, "degree"))?;
-        let field = igrf.at(&self.epoch("degree")?).map_err(|e| fault(&e, "epoch"))?;
+        let field = igrf.at(&self.epoch()?).map_err(|e| fault(&e, "epoch"))?;
         Ok(Source::Reference(Box::new(field)))
     }
 
     fn turn(&self) -> Result<Turn, BuildError> {
-        let site = self.gravity.as_ref().and_then(|g| g.site());
-        let iau = self.turns == FieldTurning::Iau;
+        let turning = self.gravity.as_ref().filter(|g| g.planet_axes(0.0).is_some());
+        let Some(gravity) = turning else {
+            return Ok(Turn::AboutZ(self.rate.unwrap_or(RATE), self.angle.unwrap_or(0.0)));
+        };
         for (name, written) in [("rate", self.rate), ("angle", self.angle)] {
-            let fact = match (&self.gravity, site, written) {
-                (_, _, None) => continue,
-                (Some(gravity), Some(_), _) => {
-                    format!("`{name}` is written, and `{}` knows the site", gravity.path())
-                }
-                _ if iau => format!("`{name}` is written, and the planet turns by the IAU"),
-                _ => continue,
-            };
-            return Err(BuildError::new(fact).help(format!("take `{name}` out")).at(name));
-        }
-        match (site, iau) {
-            (Some(site), false) => Ok(Turn::Site(site)),
-            (None, false) => Ok(Turn::AboutZ(self.rate.unwrap_or(RATE), self.angle.unwrap_or(0.0))),
-            (Some(_), true) => Err(BuildError::new(
-                "`turns` is written, and gravity knows the site, which turns as its planet does",
-            )
-            .help("take `turns` out")
-            .at("turns")),
-            (None, true) => {
-                let bulletin = EarthParameters { dut1: self.dut1, ..EarthParameters::default() };
-                let earth = Earth::new(&self.epoch("turns: iau")?, bulletin, self.span);
-                let earth = earth.map_err(|e| fault(&e, "epoch"))?;
-                Ok(Turn::Iau(Box::new(Rotation::Earth(Box::new(earth)))))
+            if written.is_some() {
+                let fact =
+                    format!("`{name}` is written, and `{}` knows its planet", gravity.path());
+                return Err(BuildError::new(fact).help(format!("take `{name}` out")).at(name));
             }
         }
+        Ok(Turn::Planet(gravity.clone(), gravity.site()))
     }
 }
 
@@ -182,15 +155,17 @@ impl Model for MagneticField {
         Ok(MagneticField { source: p.source()?, turn: p.turn()? })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &FieldIn) -> FieldOut {
-        let p = &u.body.position;
-        let turned = |turn: Quat| turn * self.source.at(&(turn.inverse() * p));
-        let field = match &self.turn {
-            Turn::Site(site) => site.from_planet_axes(&self.source.at(&site.to_planet(p))),
-            Turn::AboutZ(rate, angle) => {
-                turned(Quat::from_scaled_axis(Vec3::z() * (angle + rate * c.t)))
+        let p = u.body.position;
+        let (turn, r) = match &self.turn {
+            Turn::Planet(gravity, site) => {
+                let axes = gravity.planet_axes(c.t).unwrap_or_else(Quat::identity);
+                (axes, site.map_or(p, |s| s.from_centre(&p)))
             }
-            Turn::Iau(rotation) => turned(rotation.at(c.t).R_IP),
+            Turn::AboutZ(rate, angle) => {
+                (Quat::from_scaled_axis(Vec3::z() * (angle + rate * c.t)), p)
+            }
         };
+        let field = turn * self.source.at(&(turn.inverse() * r));
         FieldOut { field, in_body: u.body.rotation.inverse() * field }
     }
 }
@@ -251,17 +226,37 @@ impl Model for MagneticTorquer {
 mod tests {
     use super::*;
     use crate::attitude::tests::fast_site;
+    use std::sync::Arc;
+
+    /// A planet that turns about an axis of its own at 1e-3 rad/s.
+    struct Turning(f64);
+    impl Turning {
+        fn at(&self, t: f64) -> Quat {
+            Quat::from_euler_angles(self.0, -0.4, 0.0)
+                * Quat::from_scaled_axis(Vec3::z() * (1e-3 * t))
+        }
+    }
+    /// Its gravity, with a date.
+    struct Dated(Turning, &'static str);
+    impl Gravity for Dated {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            Vec3::zeros()
+        }
+        fn planet_axes(&self, t: f64) -> Option<Quat> {
+            Some(self.0.at(t))
+        }
+        fn epoch(&self) -> Option<&str> {
+            Some(self.1)
+        }
+    }
 
     fn params() -> FieldParams {
         FieldParams {
             dipole: None,
             degree: None,
             epoch: None,
-            turns: FieldTurning::Fixed,
             rate: None,
             angle: None,
-            dut1: 0.0,
-            span: 172_800.0,
             gravity: None,
         }
     }
@@ -318,12 +313,13 @@ mod tests {
             (FieldParams { angle: Some(0.3), ..p }, "angle"),
         ] {
             let e = MagneticField::build(wrong).err().unwrap();
-            assert!(e.message.contains("`gravity` knows the site"), "{}", e.message);
+            assert!(e.message.contains("`gravity` knows its planet"), "{}", e.message);
             assert!(e.param.as_deref() == Some(name) && e.help.unwrap().contains(name));
         }
     }
 
-    /// North, east, down (nT) of the cases of EDL.md, j (ppigrf), through the model: the Earth turns about z, and by the IAU.
+    /// North, east, down (nT) of the cases of EDL.md, j (ppigrf), through the model: the Earth turns about z, and as gravity knows it, whose
+    /// epoch is the field's.
     #[test]
     fn the_reference_field_has_the_golden_numbers() {
         use linkwork_world::planet::{Ellipsoid, Geodetic};
@@ -334,14 +330,19 @@ mod tests {
             let place = Geodetic::from_degrees(lat, lon, h);
             let r = Ellipsoid::wgs84().position(&place);
             let epoch = format!("{date} 00:00:00 UTC");
-            let earth = Earth::new(&Epoch::parse(&epoch).unwrap(), EarthParameters::default(), 1e4);
-            let earth = Rotation::Earth(Box::new(earth.unwrap()));
-            let p = FieldParams { degree: Some(13), epoch: Some(epoch), ..params() };
-            let iau = FieldParams { turns: FieldTurning::Iau, span: 1e4, ..p.clone() };
-            let fixed = FieldParams { angle: Some(0.4), ..p };
+            let p = FieldParams { degree: Some(13), ..params() };
+            // An Earth that leans and turns as no other, known to gravity alone.
+            let (own, day): (_, &'static str) = (
+                Turning(0.7),
+                if h > 4.5e5 { "2025-01-01 00:00:00 UTC" } else { "2020-01-01 00:00:00 UTC" },
+            );
+            assert_eq!(day, epoch);
+            let gravity = Handle::new("gravity", Arc::new(Dated(own, day)) as Arc<dyn Gravity>);
+            let known = FieldParams { gravity: Some(gravity), ..p.clone() };
+            let fixed = FieldParams { angle: Some(0.4), epoch: Some(epoch), ..p };
             let t = 3000.0;
             let about_z = Quat::from_scaled_axis(Vec3::z() * (0.4 + RATE * t));
-            for (p, turn) in [(fixed, about_z), (iau, earth.at(t).R_IP)] {
+            for (p, turn) in [(fixed, about_z), (known, Turning(0.7).at(t))] {
                 let m = MagneticField::build(p).unwrap();
                 let body = NodeState { position: turn * r, ..NodeState::identity() };
                 let y = m.direct(&Clock::at(t, 0.1, 0), &(), &(), &FieldIn { body }, &());
@@ -356,7 +357,9 @@ mod tests {
     fn what_is_no_reference_field_is_refused() {
         let (_, gravity) = fast_site();
         let date = || Some("2025-01-01 00:00:00 UTC".to_string());
-        let iau = FieldParams { turns: FieldTurning::Iau, epoch: date(), ..params() };
+        let dated =
+            |day| Handle::new("gravity", Arc::new(Dated(Turning(0.1), day)) as Arc<dyn Gravity>);
+        let known = |day| FieldParams { degree: Some(3), gravity: Some(dated(day)), ..params() };
         for (p, name) in [
             (FieldParams { degree: Some(13), ..params() }, "epoch"),
             (FieldParams { degree: Some(13), epoch: Some("noon".into()), ..params() }, "epoch"),
@@ -373,9 +376,10 @@ mod tests {
                 FieldParams { degree: Some(2), epoch: date(), dipole: Some(DIPOLE), ..params() },
                 "dipole",
             ),
-            (FieldParams { epoch: None, ..iau.clone() }, "epoch"),
-            (FieldParams { angle: Some(0.1), ..iau.clone() }, "angle"),
-            (FieldParams { gravity: Some(gravity), ..iau }, "turns"),
+            (FieldParams { epoch: date(), ..known("2025-01-01 00:00:00 UTC") }, "epoch"),
+            (FieldParams { rate: Some(1e-3), ..known("2025-01-01 00:00:00 UTC") }, "rate"),
+            (FieldParams { gravity: Some(gravity), angle: Some(0.1), ..params() }, "angle"),
+            (known("2031-01-01 00:00:00 UTC"), "epoch"),
         ] {
             let e = MagneticField::build(p).err().unwrap();
             assert!(e.param.as_deref() == Some(name) && e.help.is_some(), "{name}: {}", e.message);

@@ -7,11 +7,13 @@
 //! ```
 //! A stage that is the only one and goes to 1 is a canopy without reefing. The instants at which it opens,
 //! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
-//! rises through ½ when there is none; once open it stays so, a second command does nothing.
+//! rises through ½ when there is none; once open it stays so, a second command does nothing, which a run tells.
+//! Above the last Mach number of `efficiency`, `outside` says what happens; below the first it is as slow as there.
 //! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, V at its beginning.
 //! ρ̇ in ṁ_a is taken along the path over ±1 ms.
 
 use super::inflation::{DISK_GAP_BAND, filling_time, share};
+use crate::aerodynamics::air_data::Outside;
 use crate::aerodynamics::gusty;
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
@@ -39,6 +41,9 @@ pub struct CanopyParams {
     /// Rows (Mach, η), rising; as it stands of a disk-gap-band canopy.
     #[param(default = DISK_GAP_BAND.to_vec())]
     pub efficiency: Vec<[f64; 2]>,
+    /// What happens above the last of these Mach numbers: clamp, stop.
+    #[param(default = Outside::Clamp)]
+    pub outside: Outside,
     /// When it opens; unwritten: where the input `deploy` rises through ½.
     #[param(unit = "s")]
     pub start: Option<f64>,
@@ -138,6 +143,9 @@ pub struct Filling {
     /// Share at its beginning.
     #[port("1")]
     pub from: f64,
+    /// It has met the air faster than its table of Mach numbers knows.
+    #[port]
+    pub outside: bool,
 }
 
 /// The next change.
@@ -146,7 +154,17 @@ pub struct NextChange {
     /// Time since the next stage begins or is full, or command over ½.
     #[port("*", rising)]
     pub since: f64,
+    /// Command over ½.
+    #[port("1", rising)]
+    pub command: f64,
+    /// How far below the last Mach number of the table, as a share of its width, once it is open.
+    #[port("1", falling)]
+    pub inside: f64,
 }
+
+/// Guards that change nothing but what is told, by their place in [`NextChange`].
+const COMMAND: usize = 1;
+const INSIDE: usize = 2;
 
 /// A canopy.
 pub struct Canopy {
@@ -167,6 +185,18 @@ impl Canopy {
         }
         let (f, slope) = share(d.from, to, (t - d.began) / d.takes, self.p.exponent);
         (f, slope / d.takes)
+    }
+
+    /// Mach number at the canopy.
+    fn mach(&self, t: f64, node: &NodeState) -> f64 {
+        let air = self.p.atmosphere.air(t, node.position);
+        (node.velocity - air.wind).norm() / air.speed_of_sound.max(1e-9)
+    }
+
+    /// How far `mach` is below the end of the table, as a share of its width; what is packed away meets no air.
+    fn inside(&self, mach: f64, share: f64) -> f64 {
+        let [first, last] = self.efficiency.ends();
+        if share > 0.0 && last > first { (last - mach) / (last - first) } else { 1.0 }
     }
 
     /// Time of the next stage, after the first.
@@ -233,8 +263,9 @@ impl Model for Canopy {
             let pull = p.gravity.acceleration(c.t, place) - turning;
             force -= v * growth + pull * apparent_mass;
         }
+        let load = Wrench { moment: Vec3::zeros(), force };
         CanopyOut {
-            load: Wrench { moment: Vec3::zeros(), force },
+            load: p.outside.apply(load, self.inside(mach, f)),
             added: AddedMass::of(apparent_mass, &Vec3::zeros(), &Vec3::zeros()),
             drag,
             drag_area,
@@ -252,18 +283,28 @@ impl Model for Canopy {
             let next = self.next_stage(d).unwrap_or(f64::INFINITY).min(end);
             if next.is_finite() { c.t - next } else { -1.0 }
         };
-        NextChange { since }
+        let share = self.share(c.t, d).0;
+        // Without a table over Mach numbers, and when all is told, the air is not asked again.
+        let [first, last] = self.efficiency.ends();
+        let open = share > 0.0 && last > first && !d.outside;
+        let inside = if open { self.inside(self.mach(c.t, &u.canopy), share) } else { 1.0 };
+        NextChange { since, command: u.deploy - 0.5, inside }
     }
     fn fired(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &(),
         d: &Filling,
         _: &(),
         u: &CanopyIn,
     ) -> ((), Filling) {
         let p = &self.p;
+        match which {
+            COMMAND => return ((), *d),
+            INSIDE => return ((), Filling { outside: true, ..*d }),
+            _ => {}
+        }
         // The event is at its instant to 1 ps: either side of it.
         let begins = d.stage < 0.5 || self.next_stage(d).is_some_and(|t| c.t > t - 1e-9);
         if !begins {
@@ -284,8 +325,57 @@ impl Model for Canopy {
             began,
             takes,
             from: self.share(c.t, d).0,
+            outside: d.outside,
         };
         ((), filling)
+    }
+    fn tells(
+        &self,
+        c: &Clock,
+        which: usize,
+        _: &(),
+        d: &Filling,
+        _: &(),
+        u: &CanopyIn,
+    ) -> Option<BuildError> {
+        let t = c.t;
+        let said =
+            |fact: String, help: &str, at: &str| Some(BuildError::new(fact).help(help).at(at));
+        match (which, self.p.start) {
+            (COMMAND, Some(start)) => {
+                let fact = format!(
+                    "it is commanded to open at {t:.6} s, and `start` opens it at {start} s"
+                );
+                said(
+                    fact,
+                    "leave `start` out, or the wire to `deploy`: the command does nothing",
+                    "start",
+                )
+            }
+            // The command that has opened it is no second one.
+            (COMMAND, None) if d.stage > 0.5 && t - d.opened > 1e-6 => {
+                let fact = format!(
+                    "it is commanded to open at {t:.6} s, and is open since {:.6} s",
+                    d.opened
+                );
+                said(
+                    fact,
+                    "command it once, or fly another canopy: the command does nothing",
+                    "start",
+                )
+            }
+            (INSIDE, _) => {
+                let mach = self.mach(t, &u.canopy);
+                let last = self.efficiency.ends()[1];
+                let fact = format!(
+                    "Mach {mach:.4} is beyond the rows of `efficiency`, which end at {last}"
+                );
+                let help =
+                    "the value at the end is taken; extend the rows, or write `outside: stop`";
+                said(fact, help, "outside")
+            }
+            _ => None,
+        }
     }
     fn remarks(&self, c: &Clock, _: &(), d: &Filling) -> Vec<BuildError> {
         // A guard that begins on its zero is not seen to rise.
@@ -328,6 +418,7 @@ mod tests {
             diameter: 15.0,
             drag_coefficient: 0.6,
             efficiency: DISK_GAP_BAND.to_vec(),
+            outside: Outside::Clamp,
             start: Some(2.0),
             packed: 0.0,
             stages: vec![Stage { after: 0.0, share: 1.0 }],
@@ -428,7 +519,15 @@ mod tests {
         let m = Canopy::build(p).unwrap();
         let v = Vec3::new(3.0, 0.0, -90.0);
         let u = input(500.0, v);
-        let d = Filling { stage: 1.0, full: false, opened: 2.0, began: 2.0, takes: 1.5, from: 0.0 };
+        let d = Filling {
+            stage: 1.0,
+            full: false,
+            opened: 2.0,
+            began: 2.0,
+            takes: 1.5,
+            from: 0.0,
+            outside: false,
+        };
         let y = m.direct(&at(2.9), &(), &d, &u, &());
         let density = |h: f64| 0.02 * (-h / 10_000.0_f64).exp();
         let volume = 0.35 * 4.0 / 3.0 * std::f64::consts::PI * 7.5f64.powi(3);
@@ -443,6 +542,59 @@ mod tests {
         let want = drag + growth * 90.0 + 3.71 * mass(2.9);
         assert!((y.load.force.z / want - 1.0).abs() < 1e-8, "{} {want}", y.load.force.z);
         assert_eq!(y.added.mass, y.apparent_mass);
+    }
+
+    #[test]
+    fn a_second_command_and_speed_beyond_the_table_are_told() {
+        let mut p = params(0.01);
+        (p.start, p.efficiency) = (None, vec![[0.25, 1.0], [0.03, 1.0]]);
+        assert!(Canopy::build(p.clone()).is_err(), "rows that do not rise");
+        p.efficiency = vec![[0.005, 1.0], [0.02, 0.8]];
+        let m = Canopy::build(p.clone()).unwrap();
+        // Sound goes at 1e4 m/s: Mach 0.01 and 0.03.
+        let (mut slow, mut fast) =
+            (input(0.0, Vec3::new(3.0, 100.0, 0.0)), input(0.0, Vec3::new(3.0, 300.0, 0.0)));
+        (slow.deploy, fast.deploy) = (1.0, 1.0);
+        let open = until(&m, 5.0, &slow);
+        let tells = |m: &Canopy, t: f64, which: usize, d: &Filling, u: &CanopyIn| {
+            m.tells(&at(t), which, &(), d, &(), u, &())
+        };
+        // The command that opened it says nothing, the next one does; packed away it meets no air.
+        assert!(open.stage == 1.0 && tells(&m, open.opened, COMMAND, &open, &slow).is_none());
+        let told = tells(&m, 5.0, COMMAND, &open, &slow).unwrap();
+        assert!(
+            told.message.contains("open at 5.000000 s, and is open since 0.000000 s"),
+            "{}",
+            told.message
+        );
+        let mut timed = p.clone();
+        timed.start = Some(2.0);
+        let timed = Canopy::build(timed).unwrap();
+        let told = tells(&timed, 1.0, COMMAND, &Filling::zero(), &slow).unwrap();
+        assert!(told.message.contains("`start` opens it at 2 s") && told.help.is_some());
+        let inside = |d: &Filling, u: &CanopyIn| m.guards(&at(5.0), &(), d, &(), u, &()).inside;
+        assert!(
+            (inside(&open, &slow) - 10.0 / 15.0).abs() < 1e-9
+                && inside(&Filling::zero(), &fast) == 1.0
+        );
+        assert!((inside(&open, &fast) + 10.0 / 15.0).abs() < 1e-9);
+        let told = tells(&m, 5.0, INSIDE, &open, &fast).unwrap();
+        assert!(
+            told.message.contains("Mach 0.0300 is beyond") && told.message.contains("end at 0.02")
+        );
+        let gone = m.fired(&at(5.0), INSIDE, &(), &open, &(), &fast, &mut ()).1;
+        assert!(gone.outside && inside(&gone, &fast) == 1.0 && gone.stage == 1.0);
+        // Clamped it goes on with the last row; else there is no number.
+        let drag = |m: &Canopy| m.direct(&at(5.0), &(), &open, &fast, &()).load.force;
+        assert!(
+            (drag(&m).norm()
+                / (0.5 * 0.01 * 9e4 * 0.8 * 0.6 * 0.25 * std::f64::consts::PI * 225.0)
+                - 1.0)
+                .abs()
+                < 1e-9
+        );
+        p.outside = Outside::Stop;
+        assert!(drag(&Canopy::build(p).unwrap()).x.is_nan());
     }
 
     #[test]

@@ -135,5 +135,5 @@ pub(super) fn add_host<'a>(
     prototype: Box<dyn Prototype>,
 ) {
     let at = parts.partition_point(|p| p.spec.path < spec.path);
-    parts.insert(at, Part { spec, prototype, wiring: Wiring::default() });
+    parts.insert(at, Part { spec, prototype, wiring: Wiring::default(), asks: Vec::new() });
 }

@@ -105,7 +105,7 @@ impl Delays<'_> {
             }
             let samples = (*samples).clamp(1, SAMPLES_MAX);
             let prototype = Box::new(Delay::new(&source, range, samples as usize, start));
-            new.push(Part { spec, prototype, wiring: Wiring::default() });
+            new.push(Part { spec, prototype, wiring: Wiring::default(), asks: Vec::new() });
         }
         drop(output);
         parts.extend(new);

@@ -45,6 +45,8 @@ pub(crate) struct Part<'a> {
     pub spec: &'a PartSpec,
     pub prototype: Box<dyn Prototype>,
     pub wiring: Wiring,
+    /// Paths of the services that it asks.
+    pub asks: Vec<String>,
 }
 
 /// Compiles a specification. O(n log n) in the number of parts and wires.
@@ -172,6 +174,7 @@ pub(crate) fn compile_phase(
         guarded: watch.guarded,
         conditions: watch.conditions,
         guard_ops: watch.ops,
+        asked: settings::asked(&parts, &services),
         parts: parts
             .into_iter()
             .map(|p| PartPlan {
@@ -297,7 +300,8 @@ fn build_models<'a>(
                 let help = "leave the part out, or leave `site` out of `planet`";
                 faults.push(Fault::new(part.origin, fact).help(help));
             }
-            parts.push(Part { spec: part, prototype, wiring: Wiring::default() });
+            let asks = std::mem::take(&mut cx.asked);
+            parts.push(Part { spec: part, prototype, wiring: Wiring::default(), asks });
         }
         faults.append(&mut located(cx.faults, part));
     }

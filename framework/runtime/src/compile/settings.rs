@@ -2,7 +2,9 @@
 use super::Part;
 use crate::model::{Description, lanes};
 use crate::pattern;
-use crate::plan::{Integration, Place, Variable};
+use crate::plan::{Asked, Integration, Place, Variable};
+use crate::ports::PortKind;
+use crate::services::{ServiceKind, ServiceObject, Services};
 use crate::spec::Spec;
 use crate::value::{Fault, Origin};
 use linkwork_integrate::{Control, Limits, Norm, Tolerances};
@@ -26,6 +28,36 @@ pub(super) fn stepped_outputs(parts: &[Part<'_>]) -> Vec<Range<usize>> {
         p.wiring.yd..p.wiring.yd + n
     });
     all.filter(|r| !r.is_empty()).collect()
+}
+
+/// Parts that ask a service of places at the nodes that are bound to them: air, ground.
+pub(super) fn asked(parts: &[Part<'_>], services: &Services) -> Vec<Asked> {
+    let mut all = Vec::new();
+    for (k, part) in parts.iter().enumerate() {
+        let of_places = |object: &&ServiceObject| {
+            matches!(object.kind(), ServiceKind::Atmosphere | ServiceKind::Terrain)
+        };
+        let objects = services.iter().filter(|(path, _)| part.asks.iter().any(|p| p == path));
+        let d = part.prototype.description();
+        for (service, object) in objects.filter(|(_, object)| of_places(object)) {
+            for (ports, wired) in [(&d.inputs, &part.wiring.u), (&d.direct_inputs, &part.wiring.ud)]
+            {
+                let mut lane = 0;
+                for port in ports {
+                    if port.kind == PortKind::NodeState {
+                        all.push(Asked {
+                            part: k as u32,
+                            service: service.to_string(),
+                            object: object.clone(),
+                            position: [wired[lane], wired[lane + 1], wired[lane + 2]],
+                        });
+                    }
+                    lane += port.lanes;
+                }
+            }
+        }
+    }
+    all
 }
 
 pub(super) fn integration(

@@ -339,6 +339,10 @@ impl Block for MechanismBlock {
             sig[lane..lane + 2].copy_from_slice(&x[from..from + 2]);
             lane += 2;
         }
+        for frame in &plan.ports.bodies {
+            frame.mass(&plan.multibody).put(&mut sig[lane..]);
+            lane += 10;
+        }
         Ok(())
     }
 

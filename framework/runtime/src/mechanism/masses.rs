@@ -1,7 +1,29 @@
 //! Masses that change while the run goes on: a body's own inertia, and what wires add to it.
 use super::ports::{Frame, MechanismPorts};
+use crate::ports::BodyMass;
 use linkwork_multibody::{BodyId, Multibody};
 use linkwork_spatial::{Mat3, Pose, RigidInertia, Vec3};
+
+impl Frame {
+    /// The mass of its body as the mechanism is made, seen from it.
+    pub(super) fn mass(self, mb: &Multibody) -> BodyMass {
+        let (body, pose) = match self {
+            Frame::Body(b) => (b, Pose::identity()),
+            Frame::Node(n) => (mb.get_node(n).body(), mb.get_node(n).pose()),
+        };
+        let own = mb.get(body).inertia();
+        if own.mass() <= 0.0 {
+            return BodyMass { mass: 0.0, com: Vec3::zeros(), inertia: [0.0; 6] };
+        }
+        let back = pose.rotation.inverse();
+        let central = own.rotate(&back).inertia_com();
+        BodyMass {
+            mass: own.mass(),
+            com: back * (own.com() - pose.position),
+            inertia: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|at| central[at]),
+        }
+    }
+}
 
 /// A body that mass is added to.
 #[derive(Clone, Debug)]

@@ -35,6 +35,8 @@ pub struct MechanismPorts {
     pub hinges: Vec<(u32, u32)>,
     /// Loop motions that are read (2 lanes each).
     pub loop_states: Vec<u32>,
+    /// Frames from which the mass of their bodies is read (10 lanes each).
+    pub bodies: Vec<Frame>,
     /// Frames whose acceleration is read (6 lanes each).
     pub accels: Vec<Frame>,
     /// Bodies whose contact is read (6 lanes each).
@@ -204,6 +206,9 @@ impl MechanismPorts {
             (PortKind::NodeAccel, Target::Node(f)) => {
                 add(known, &mut self.accels, *f, name("accel", *f))
             }
+            (PortKind::BodyMass, Target::Node(f)) => {
+                add(known, &mut self.bodies, *f, name("body", *f))
+            }
             (PortKind::ContactLoad, Target::Node(f)) => {
                 let body = f.body(mb);
                 add(known, &mut self.contacts, body, format!("contact:body:{}", body.index()))
@@ -238,6 +243,7 @@ impl MechanismPorts {
                 | PortKind::NodeAccel
                 | PortKind::Wrench
                 | PortKind::AddedMass
+                | PortKind::BodyMass
                 | PortKind::Traction
                 | PortKind::ContactLoad,
                 _,
@@ -254,6 +260,7 @@ impl MechanismPorts {
         moore.extend(self.states.iter().map(|f| port("state", *f, PortKind::NodeState, 13)));
         moore.extend(self.hinges.iter().map(|(_, v)| hinge_state(format!("hinge:{v}"))));
         moore.extend(self.loop_states.iter().map(|i| hinge_state(format!("loop:{i}"))));
+        moore.extend(self.bodies.iter().map(|f| port("body", *f, PortKind::BodyMass, 10)));
         let inputs = &mut d.direct_inputs;
         let mass = |f: &Frame| port("mass", *f, PortKind::AddedMass, 10).summed();
         inputs.extend(self.masses.iter().map(mass));

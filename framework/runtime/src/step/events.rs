@@ -96,6 +96,7 @@ impl Simulation {
         let GuardState { change, side, .. } = self.state.guards[k];
         match guard.fires {
             Fires::Part { block, which } => {
+                self.hear(&plan, &guard.name, block, which as usize);
                 let now = self.next(Evaluation::Tick);
                 let State { x, d, sig, pins, .. } = &mut self.state;
                 let fired = self.blocks[block as usize].fired(&now, which as usize, x, d, sig);

@@ -11,6 +11,7 @@ mod events;
 mod integrate;
 mod linearise;
 mod moves;
+mod notices;
 mod pins;
 mod profile;
 mod remarks;
@@ -21,6 +22,7 @@ mod stiffness;
 
 pub use moves::MoveReport;
 pub(crate) use moves::Route;
+pub use notices::Notice;
 pub use profile::{Profile, Spent};
 pub(crate) use settle::settle;
 pub use state::{GuardState, State};
@@ -89,6 +91,8 @@ pub struct Simulation {
     work: Work,
     /// Transitions since they were asked for last: time (s), what, and what went over.
     moved: Vec<(f64, String, MoveReport)>,
+    /// What parts and services told.
+    notices: notices::Notices,
     /// Why the work of tick 0 could not be done.
     broken: Option<Box<RunError>>,
     /// Where its time goes, when that is asked for.
@@ -113,6 +117,8 @@ pub(crate) struct Work {
     /// Guards at the end of a step, and within.
     end: Vec<f64>,
     middle: Vec<f64>,
+    /// Of `Plan::asked`: which have nothing to tell any more.
+    silent: Vec<bool>,
 }
 
 impl Work {
@@ -131,6 +137,7 @@ impl Work {
             advanced: (0.0, 0.0),
             end: vec![0.0; guards],
             middle: vec![0.0; guards],
+            silent: vec![false; plan.asked.len()],
         }
     }
 }
@@ -204,7 +211,9 @@ impl Simulation {
         let (blocks, state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
         let (moved, broken) = (Vec::new(), None);
         let profile = None;
-        let mut sim = Simulation { program, plan, state, blocks, work, moved, broken, profile };
+        let notices = notices::Notices::default();
+        let mut sim =
+            Simulation { program, plan, state, blocks, work, moved, notices, broken, profile };
         if let Err(stopped) = sim.first_row() {
             sim.broken = Some(Box::new(sim.stopped(stopped)));
         }
@@ -322,6 +331,7 @@ impl Simulation {
             self.check()?;
             return Ok(Stop::Event);
         }
+        self.covered(plan)?;
         if self.integrate(plan)? == Stop::Event {
             self.fire().map_err(|stopped| self.stopped(stopped))?;
             self.check()?;
@@ -329,7 +339,37 @@ impl Simulation {
         }
         self.row(plan).map_err(|stopped| self.stopped(stopped))?;
         self.check()?;
+        if !plan.asked.is_empty() {
+            self.places(plan)?;
+        }
         Ok(Stop::Row)
+    }
+
+    /// Whether every service answers until the next row.
+    #[inline]
+    fn covered(&self, plan: &Plan) -> Result<(), RunError> {
+        let next = self.state.tick + plan.table[self.state.row as usize].gap;
+        match plan.services.trouble(plan.base.times(next)) {
+            Some((path, told)) => Err(self.untold(path, told)),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether every service that is there in all phases answers at t (s): asked before a run that is to go on until then.
+    ///
+    /// # Errors
+    /// The first that does not.
+    pub fn answers_until(&self, t: f64) -> Result<(), RunError> {
+        let mut phases = self.program.phases.iter().map(|phase| &phase.plan.services);
+        let found = phases.next().and_then(|services| services.trouble(t));
+        match found.filter(|(path, _)| phases.all(|services| services.is_troubled(path, t))) {
+            Some((path, told)) => {
+                let mut error = self.untold(path, told);
+                error.message.insert_str(0, "the run cannot reach its end: ");
+                Err(error)
+            }
+            None => Ok(()),
+        }
     }
 
     /// The work of the next row.
@@ -360,7 +400,7 @@ impl Simulation {
         if let Some(error) = &self.broken {
             return Err(RunError::clone(error));
         }
-        if let Some((path, told)) = self.plan.services.trouble() {
+        if let Some((path, told)) = self.plan.services.trouble(self.time()) {
             return Err(self.untold(path, told));
         }
         if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
@@ -424,16 +464,16 @@ impl Simulation {
 
     /// A service that could not answer.
     #[cold]
-    fn untold(&self, path: &str, told: &crate::BuildError) -> RunError {
+    fn untold(&self, path: &str, told: crate::BuildError) -> RunError {
         let message = format!("`{path}`: {}", told.message);
-        RunError { time: self.time(), path: path.into(), message, help: told.help.clone() }
+        RunError { time: self.time(), path: path.into(), message, help: told.help }
     }
 
     /// The error of a block.
     #[cold]
     fn stopped(&self, stopped: Stopped) -> RunError {
         // What a part fails for may be what a service did not answer.
-        if let Some((path, told)) = self.plan.services.trouble() {
+        if let Some((path, told)) = self.plan.services.trouble(self.time()) {
             return self.untold(path, told);
         }
         let Stopped { block, failure } = stopped;
@@ -602,6 +642,7 @@ impl Simulation {
             blocks: self.blocks.iter().map(|b| b.fork()).collect(),
             work,
             moved: Vec::new(),
+            notices: notices::Notices::default(),
             broken: self.broken.clone(),
             profile: None,
         }

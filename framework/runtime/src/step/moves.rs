@@ -114,6 +114,7 @@ impl Simulation {
             Some(route) => self.go_over(&plan, to, route)?,
             None => self.go_over(&plan, to, &Route::new(&self.plan, &plan))?,
         };
+        self.hear_new(&plan, &report.new);
         // Nobody may ever ask: the oldest go.
         if self.moved.len() >= MOVES_KEPT {
             self.moved.remove(0);

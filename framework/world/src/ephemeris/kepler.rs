@@ -4,6 +4,7 @@
 //! and equinox of J2000.
 
 use super::Body;
+use crate::ephemeris::{date, seconds};
 use crate::error::WorldError;
 use crate::planet::{AU, MU_SUN, PointMotion};
 use linkwork_spatial::{Quat, Vec3, nalgebra};
@@ -40,6 +41,9 @@ const NEPTUNE: Elements = [
     [0.00026291, 0.00005105, 0.00035372, 218.45945325, -0.32241464, -0.00508664],
 ];
 
+/// TDB days past J2000 for which the elements hold: 1800 to 2050.
+pub(super) const DAYS: [f64; 2] = [-73_050.0, 18_262.5];
+
 /// Obliquity of the ecliptic of J2000, 84381.448″ (IAU 1976).
 const OBLIQUITY_DEG: f64 = 84381.448 / 3600.0;
 
@@ -60,7 +64,7 @@ fn eccentric(M: f64, e: f64) -> f64 {
 /// the ellipse of the moment, 5e-4 of it off.
 ///
 /// # Errors
-/// Sun, Earth and Moon, which have better series.
+/// Sun, Earth and Moon, which have better series; a time outside of 1800 to 2050, for which the elements were made.
 pub fn planet(body: Body, tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
     let elements = match body {
         Body::Mercury => &MERCURY,
@@ -76,7 +80,15 @@ pub fn planet(body: Body, tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
             return Err(WorldError::Number { what: "planet, NAIF's number", value, help });
         }
     };
-    let T = (tdb.0 + tdb.1) / 36525.0;
+    let days = tdb.0 + tdb.1;
+    if !(DAYS[0]..=DAYS[1]).contains(&days) {
+        let fact = format!(
+            "the elements of {body:?}'s ellipse hold from 1800 to 2050, not at {}",
+            date(seconds(tdb))
+        );
+        return Err(WorldError::Uncovered { fact, help: "take a kernel that covers it" });
+    }
+    let T = days / 36525.0;
     let [a, e, i, L, peri, node]: [f64; 6] =
         std::array::from_fn(|k| elements[0][k] + elements[1][k] * T);
     let a = a * AU;

@@ -2,7 +2,7 @@
 //!
 //! | function | method | error against DE440 |
 //! |---|---|---|
-//! | [`sun`], [`earth`] | SOFA `epv00`, VSOP2000 shortened | 2–8 km |
+//! | [`sun`], [`earth`] | SOFA `epv00`, VSOP2000 shortened, 1900–2100 | 2–8 km |
 //! | [`moon`] | SOFA `moon98`, ELP of Meeus | 2–7 km |
 //! | [`planet`] | Keplerian elements of JPL, 1800–2050 | Mars 2–27″ |
 //! | [`sun_low`] | Keplerian Sun | 9–20″ |
@@ -25,7 +25,7 @@ pub use series::{earth, moon, sun};
 pub use spk::{Spk, SpkSegment};
 
 use crate::error::WorldError;
-use crate::planet::PointMotion;
+use crate::planet::{Epoch, PointMotion};
 
 /// The bodies that an ephemeris knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,6 +80,28 @@ pub trait Ephemeris {
     /// A body or a time that the source does not cover.
     fn state(&self, target: Body, origin: Body, tdb: (f64, f64))
     -> Result<PointMotion, WorldError>;
+
+    /// First and last TDB second past J2000 of the span around `tdb` (days) in which [`Ephemeris::state`] answers for these two
+    /// without a gap.
+    ///
+    /// # Errors
+    /// As [`Ephemeris::state`].
+    fn span(&self, target: Body, origin: Body, tdb: (f64, f64)) -> Result<[f64; 2], WorldError>;
+}
+
+/// TDB seconds past J2000 of days in two parts.
+pub(crate) fn seconds(tdb: (f64, f64)) -> f64 {
+    tdb.0 * 86_400.0 + tdb.1 * 86_400.0
+}
+
+/// The date of a TDB second past J2000, UTC, to 2 ms: for messages.
+#[must_use]
+pub fn date(et: f64) -> String {
+    // Beyond thirty thousand years, and for what is no number, there is no calendar.
+    match et.abs() < 1e12 {
+        true => Epoch::j2000().plus(et).to_string(),
+        false => format!("{et} s past J2000"),
+    }
 }
 
 /// Sun, Earth and Moon by SOFA, the other planets by Keplerian elements.
@@ -103,6 +125,15 @@ impl Analytic {
             other => planet(other, tdb),
         }
     }
+
+    /// First and last TDB day past J2000 of the series for a body.
+    fn days(body: Body) -> [f64; 2] {
+        match body {
+            Body::Sun => [f64::NEG_INFINITY, f64::INFINITY],
+            Body::Earth | Body::Moon => series::DAYS,
+            _ => kepler::DAYS,
+        }
+    }
 }
 
 impl Ephemeris for Analytic {
@@ -123,5 +154,10 @@ impl Ephemeris for Analytic {
         }
         let (a, b) = (Self::heliocentric(target, tdb)?, Self::heliocentric(origin, tdb)?);
         Ok(PointMotion { position: a.position - b.position, velocity: a.velocity - b.velocity })
+    }
+    fn span(&self, target: Body, origin: Body, tdb: (f64, f64)) -> Result<[f64; 2], WorldError> {
+        self.state(target, origin, tdb)?;
+        let ([a, b], [c, d]) = (Self::days(target), Self::days(origin));
+        Ok([a.max(c) * 86_400.0, b.min(d) * 86_400.0])
     }
 }

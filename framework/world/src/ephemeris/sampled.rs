@@ -27,8 +27,8 @@ pub struct Sampled {
 }
 
 impl Sampled {
-    /// Samples `source` for t from 0 to `duration` (s) after `epoch`: fourteen looks for each day with the Moon,
-    /// for each four days without. A millimetre of error for the Moon, centimetres for planets. The velocity
+    /// Samples `source` for t from 0 to `duration` (s) after `epoch`, and nowhere else: fourteen looks for each day with the Moon,
+    /// for each four days without, in intervals of one length. A millimetre of error for the Moon, centimetres for planets. The velocity
     /// is the rate of the position, which the source's own need not be.
     ///
     /// # Errors
@@ -42,11 +42,12 @@ impl Sampled {
     ) -> Result<Self, WorldError> {
         number("duration, s", duration, |x| x > 0.0 && x < 3.2e9, "0 to 100 years")?;
         let fast = [target, origin].contains(&Body::Moon);
-        let length = if fast { 86_400.0 } else { 345_600.0 };
+        let count = (duration / if fast { 86_400.0 } else { 345_600.0 }).ceil().max(1.0);
+        let length = duration / count;
         let tdb = epoch.tdb_days();
         let angle = |k: usize| PI * (k as f64 + 0.5) / TERMS as f64;
         let mut pieces = Vec::new();
-        for i in 0..=(duration / length).floor() as usize {
+        for i in 0..count as usize {
             let mut values = [Vec3::zeros(); TERMS];
             for (k, value) in values.iter_mut().enumerate() {
                 let t = (i as f64 + 0.5 + 0.5 * angle(k).cos()) * length;

@@ -1,8 +1,12 @@
 //! Earth and Moon by the series of SOFA.
 
+use crate::ephemeris::{date, seconds};
 use crate::error::WorldError;
 use crate::planet::{AU, JD_J2000, PointMotion};
 use linkwork_spatial::Vec3;
+
+/// TDB days past J2000 for which the Earth's series were made, 1900 to 2100; those of the Moon were compared from 1950 to 2100.
+pub(super) const DAYS: [f64; 2] = [-36_525.0, 36_525.0];
 
 fn from_au(pv: [[f64; 3]; 2]) -> PointMotion {
     PointMotion { position: Vec3::from(pv[0]) * AU, velocity: Vec3::from(pv[1]) * (AU / 86400.0) }
@@ -15,11 +19,11 @@ fn from_au(pv: [[f64; 3]; 2]) -> PointMotion {
 pub fn earth(tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
     match sofars::eph::epv00(JD_J2000 + tdb.0, tdb.1) {
         Some((heliocentric, _)) => Ok(from_au(heliocentric)),
-        None => Err(WorldError::Number {
-            what: "tdb, days past J2000",
-            value: tdb.0 + tdb.1,
-            help: "the Earth's series hold from 1900 to 2100",
-        }),
+        None => {
+            let fact =
+                format!("the Earth's series hold from 1900 to 2100, not at {}", date(seconds(tdb)));
+            Err(WorldError::Uncovered { fact, help: "take a kernel that covers it" })
+        }
     }
 }
 

@@ -10,7 +10,7 @@
 //! ```
 //! Kilometres in the file, metres here. The whole file is read at once: no memory is taken later.
 
-use super::{Body, Ephemeris};
+use super::{Body, Ephemeris, date, seconds};
 use crate::error::WorldError;
 use crate::planet::PointMotion;
 use linkwork_spatial::Vec3;
@@ -139,28 +139,97 @@ impl Spk {
     /// # Errors
     /// A body or a time that the kernel does not cover.
     pub fn between(&self, target: i32, origin: i32, et: f64) -> Result<PointMotion, WorldError> {
+        self.way(target, origin, et).ok_or_else(|| self.uncovered(target, origin, et))
+    }
+
+    fn way(&self, target: i32, origin: i32, et: f64) -> Option<PointMotion> {
         let (mut p, mut v) = (Vec3::zeros(), Vec3::zeros());
         let mut from = target;
-        loop {
+        // A way has no more pieces than there are segments: a ring in a damaged file ends too.
+        for _ in 0..=self.segments.len() {
             // From the origin up, as far as `from`.
             let (mut q, mut w) = (Vec3::zeros(), Vec3::zeros());
             let mut up = origin;
-            loop {
+            for _ in 0..=self.segments.len() {
                 if up == from {
-                    return Ok(PointMotion { position: p - q, velocity: v - w });
+                    return Some(PointMotion { position: p - q, velocity: v - w });
                 }
                 let Some(s) = self.find(up, et) else { break };
                 let m = s.at(et);
                 (q, w, up) = (q + m.position, w + m.velocity, s.centre);
             }
-            let Some(s) = self.find(from, et) else {
-                let what = "a body and a time, NAIF's number";
-                let help = "the kernel has no way between the two bodies at this time";
-                return Err(WorldError::Number { what, value: f64::from(target), help });
-            };
+            let s = self.find(from, et)?;
             let m = s.at(et);
             (p, v, from) = (p + m.position, v + m.velocity, s.centre);
         }
+        None
+    }
+
+    /// First and last TDB second past J2000 of the span around `et` in which [`Spk::between`] answers for these two without a
+    /// gap. O(segments²).
+    ///
+    /// # Errors
+    /// As [`Spk::between`].
+    pub fn span(&self, target: i32, origin: i32, et: f64) -> Result<[f64; 2], WorldError> {
+        self.between(target, origin, et)?;
+        let mut ends: Vec<f64> = self.segments.iter().flat_map(|s| s.range).collect();
+        ends.sort_by(f64::total_cmp);
+        ends.dedup();
+        let good = |a: f64, b: f64| self.way(target, origin, 0.5 * (a + b)).is_some();
+        let (mut first, mut last) = (et, et);
+        for end in ends.iter().rev().filter(|end| **end < et) {
+            if !good(*end, first) {
+                break;
+            }
+            first = *end;
+        }
+        for end in ends.iter().filter(|end| **end > et) {
+            if !good(last, *end) {
+                break;
+            }
+            last = *end;
+        }
+        Ok([first, last])
+    }
+
+    /// Bodies that are counted from another, NAIF's numbers, each once.
+    #[must_use]
+    pub fn bodies(&self) -> Vec<i32> {
+        let all = self.segments.iter().flat_map(|s| [s.target, s.centre]);
+        all.collect::<std::collections::BTreeSet<i32>>().into_iter().collect()
+    }
+
+    /// Why there is no way between two bodies at a time: one that is not there, or when there is one.
+    #[cold]
+    fn uncovered(&self, target: i32, origin: i32, et: f64) -> WorldError {
+        let bodies = self.bodies();
+        if let Some(body) = [target, origin].into_iter().find(|body| !bodies.contains(body)) {
+            let list: Vec<String> = bodies.iter().map(i32::to_string).collect();
+            let fact = format!("the kernel has no body {body}; it has {}", list.join(", "));
+            let help = "take a kernel with this body, by NAIF's number: planets are in de440.bsp";
+            return WorldError::Uncovered { fact, help };
+        }
+        let middles = self.segments.iter().map(|s| 0.5 * (s.range[0] + s.range[1]));
+        let mut spans: Vec<[f64; 2]> = Vec::new();
+        for middle in middles.filter(|&et| self.way(target, origin, et).is_some()) {
+            if let Ok(span) = self.span(target, origin, middle)
+                && !spans.contains(&span)
+            {
+                spans.push(span);
+            }
+        }
+        spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let spans: Vec<String> =
+            spans.iter().map(|[a, b]| format!("from {} to {}", date(*a), date(*b))).collect();
+        let there = match spans.is_empty() {
+            true => "no way between the two at any time".to_string(),
+            false => spans.join(", "),
+        };
+        let fact = format!(
+            "the kernel has no way between bodies {target} and {origin} at {}; it has {there}",
+            date(et)
+        );
+        WorldError::Uncovered { fact, help: "take a kernel that covers this time" }
     }
 
     fn find(&self, target: i32, et: f64) -> Option<&SpkSegment> {
@@ -175,8 +244,11 @@ impl Ephemeris for Spk {
         origin: Body,
         tdb: (f64, f64),
     ) -> Result<PointMotion, WorldError> {
-        let et = tdb.0 * 86400.0 + tdb.1 * 86400.0;
-        self.between(target.naif(), origin.naif(), et)
+        self.between(target.naif(), origin.naif(), seconds(tdb))
+    }
+
+    fn span(&self, target: Body, origin: Body, tdb: (f64, f64)) -> Result<[f64; 2], WorldError> {
+        Spk::span(self, target.naif(), origin.naif(), seconds(tdb))
     }
 }
 

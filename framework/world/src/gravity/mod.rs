@@ -14,7 +14,7 @@ mod tide;
 
 pub use coefficients::{Coefficients, DEGREE_MAX, TideSystem, normalisation};
 pub use harmonics::{Gravity, Harmonics};
-pub use point::{point_mass, point_mass_gradient, torque, zonal};
+pub use point::{point_mass, point_mass_gradient, torque, zonal, zonal_gradient};
 pub use read::{Format, Keep, read};
-pub use third_body::{indirect, third_body};
-pub use tide::{TideRaiser, solid_tide, solid_tide_coefficients};
+pub use third_body::{indirect, third_body, third_body_gradient};
+pub use tide::{TideRaiser, solid_tide, solid_tide_coefficients, solid_tide_gradient};

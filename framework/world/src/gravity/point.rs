@@ -48,6 +48,46 @@ pub fn zonal(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Vec3 {
     (n * along + Vec3::z() * axial) * (mu / (r * r))
 }
 
+/// ∂a/∂p of [`zonal`], 1/s²; symmetric, without a trace.
+/// ```text
+/// a = f r̂ + g ẑ,   f = μ/r² (−1 + Σ J_n (R/r)ⁿ P'_n+1),   g = −μ/r² Σ J_n (R/r)ⁿ P'_n
+/// ∂a/∂p = r̂ (∇f)ᵀ + f/r (1 − r̂ r̂ᵀ) + ẑ (∇g)ᵀ,   ∇f = ∂f/∂r r̂ + ∂f/∂u (ẑ − u r̂)/r
+/// P''_n = P''_n-2 + (2n−1) P'_n-1,   P'_n+1 = (n+1) P_n + u P'_n,   P''_n+1 = (n+2) P'_n + u P''_n
+/// ```
+#[must_use]
+pub fn zonal_gradient(mu: f64, radius: f64, j: &[f64], p: &Vec3) -> Mat3 {
+    let r = p.norm();
+    let n = p / r;
+    let u = n.z;
+    // P, P', P'' of degrees 0 and 1.
+    let (mut before, mut last) = ([1.0, 0.0, 0.0], [u, 1.0, 0.0]);
+    let rho = radius / r;
+    let mut power = rho;
+    // f and g over μ/r², their derivatives by u, and by r times r.
+    let (mut f, mut f_u, mut f_r) = (-1.0, 0.0, 2.0);
+    let (mut g, mut g_u, mut g_r) = (0.0, 0.0, 0.0);
+    for (k, j) in j.iter().enumerate() {
+        let n = (k + 2) as f64;
+        let value = ((2.0 * n - 1.0) * u * last[0] - (n - 1.0) * before[0]) / n;
+        let slope = before[1] + (2.0 * n - 1.0) * last[0];
+        let bend = before[2] + (2.0 * n - 1.0) * last[1];
+        power *= rho;
+        let along = j * power * ((n + 1.0) * value + u * slope);
+        let axial = -j * power * slope;
+        (f, g) = (f + along, g + axial);
+        f_u += j * power * ((n + 2.0) * slope + u * bend);
+        g_u -= j * power * bend;
+        (f_r, g_r) = (f_r - (n + 2.0) * along, g_r - (n + 2.0) * axial);
+        (before, last) = (last, [value, slope, bend]);
+    }
+    let across = Vec3::z() - n * u;
+    let (df, dg) = (n * f_r + across * f_u, n * g_r + across * g_u);
+    let sum = n * df.transpose()
+        + (Mat3::identity() - n * n.transpose()) * f
+        + Vec3::z() * dg.transpose();
+    sum * (mu / (r * r * r))
+}
+
 /// Torque of a gravity gradient about the centre of mass of a body, N m, body axes.
 ///
 /// `inertia` kg m² about the centre of mass and `p_body` m, from the attracting centre to it, both in

@@ -1,6 +1,7 @@
 //! What a third body does to a satellite relative to its planet, without cancellation.
 
-use linkwork_spatial::Vec3;
+use super::point_mass_gradient;
+use linkwork_spatial::{Mat3, Vec3};
 
 /// Acceleration of a satellite relative to the planet by a third body, m/s²; any inertial axes.
 ///
@@ -18,6 +19,12 @@ pub fn third_body(mu: f64, r: &Vec3, s: &Vec3) -> Vec3 {
     let f = q * (3.0 + 3.0 * q + q * q) / (1.0 + k * k.sqrt());
     let d2 = (r - s).norm_squared();
     (r + s * f) * (-mu / (d2 * d2.sqrt()))
+}
+
+/// ∂a/∂r of [`third_body`], 1/s²: μ₃ (3 d dᵀ/|d|² − 1)/|d|³, d = r − s. What it does to the planet does not depend on r.
+#[must_use]
+pub fn third_body_gradient(mu: f64, r: &Vec3, s: &Vec3) -> Mat3 {
+    point_mass_gradient(mu, &(r - s))
 }
 
 /// What the planet itself feels from the third body, m/s²: μ₃ s/|s|³. For equations whose origin is

@@ -5,7 +5,7 @@
 
 use crate::error::WorldError;
 use crate::gravity::Coefficients;
-use linkwork_spatial::Vec3;
+use linkwork_spatial::{Mat3, Vec3};
 
 /// A body that raises a tide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +32,25 @@ pub fn solid_tide(k2: f64, radius: f64, raiser: &TideRaiser, p: &Vec3) -> Vec3 {
     // R⁵/(rⱼ³ r⁴) = (R/rⱼ)³ (R/r)⁴ / R²
     let k = k2 * raiser.mu * x * x * x * y * y * y * y / (2.0 * radius * radius);
     (n * (3.0 - 15.0 * c * c) + nj * (6.0 * c)) * k
+}
+
+/// ∂a/∂p of [`solid_tide`], 1/s²; symmetric, without a trace.
+/// ```text
+/// ∂a/∂p = k₂ μⱼ R⁵/(2 rⱼ³ r⁵) [(3 − 15 c²) 1 − (15 − 105 c²) r̂ r̂ᵀ − 30 c (r̂ r̂ⱼᵀ + r̂ⱼ r̂ᵀ) + 6 r̂ⱼ r̂ⱼᵀ],   c = cos ψ
+/// ```
+#[must_use]
+pub fn solid_tide_gradient(k2: f64, radius: f64, raiser: &TideRaiser, p: &Vec3) -> Mat3 {
+    let (r, rj) = (p.norm(), raiser.position.norm());
+    let (n, nj) = (p / r, raiser.position / rj);
+    let c = n.dot(&nj);
+    let (x, y) = (radius / rj, radius / r);
+    let k = k2 * raiser.mu * x.powi(3) * y.powi(4) / (2.0 * radius * radius) / r;
+    let mixed = n * nj.transpose() + nj * n.transpose();
+    (Mat3::identity() * (3.0 - 15.0 * c * c)
+        - n * n.transpose() * (15.0 - 105.0 * c * c)
+        - mixed * (30.0 * c)
+        + nj * nj.transpose() * 6.0)
+        * k
 }
 
 /// The same tide as an increase of the normalised coefficients of degree 2, in body-fixed axes:

@@ -1,0 +1,160 @@
+//! Where Sun, Moon and planets are from the centre of a simulation, from an epoch on: by series, or by an SPK kernel that the
+//! planet names.
+//! ```text
+//! s(t) = r_body − r_centre at TDB(epoch) + t, ICRF, geometric          within `span` by a table, beyond it by the source itself
+//! ```
+//! Beyond what the source covers there is no answer, and the service says so by its `trouble`.
+
+use crate::planet::{PlanetParams, fault};
+use linkwork_runtime::prelude::*;
+use linkwork_world::WorldError;
+use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled, Spk, date};
+use linkwork_world::planet::{Epoch, PointMotion};
+use std::sync::Arc;
+
+/// By which the ends of a span are taken inwards, s: more than a date in seconds is rounded by.
+const ROUNDING: f64 = 1e-6;
+
+/// A source of positions.
+enum Source {
+    /// Series and ellipses.
+    Analytic(Analytic),
+    /// A kernel, and the name of its file.
+    Kernel(Spk, String),
+}
+
+impl Source {
+    fn name(&self) -> String {
+        match self {
+            Source::Analytic(_) => "the built-in ephemeris".to_string(),
+            Source::Kernel(_, file) => format!("the kernel `{file}`"),
+        }
+    }
+}
+
+impl Ephemeris for Source {
+    fn state(
+        &self,
+        target: Body,
+        origin: Body,
+        tdb: (f64, f64),
+    ) -> Result<PointMotion, WorldError> {
+        match self {
+            Source::Analytic(source) => source.state(target, origin, tdb),
+            Source::Kernel(source, _) => source.state(target, origin, tdb),
+        }
+    }
+    fn span(&self, target: Body, origin: Body, tdb: (f64, f64)) -> Result<[f64; 2], WorldError> {
+        match self {
+            Source::Analytic(source) => source.span(target, origin, tdb),
+            Source::Kernel(source, _) => Ephemeris::span(source, target, origin, tdb),
+        }
+    }
+}
+
+/// The bodies around a planet from an epoch on.
+pub(crate) struct Heavens {
+    source: Arc<Source>,
+    centre: Body,
+    epoch: Epoch,
+    /// How long tables are made for, s.
+    span: f64,
+}
+
+impl Heavens {
+    /// Those of a planet; `what` needs them.
+    pub fn around(planet: &PlanetParams, files: &Files, what: &str) -> Result<Heavens, BuildError> {
+        planet.among_the_stars(what)?;
+        let epoch = planet.epoch(what)?;
+        let source = match &planet.kernel {
+            None => Source::Analytic(Analytic),
+            Some(file) => {
+                let path = files.resolve(file).map_err(|e| e.at("planet"))?;
+                let bytes = std::fs::read(&path).map_err(|e| {
+                    let help = "give an SPK kernel (.bsp), such as de440.bsp of NAIF";
+                    BuildError::new(format!("`{file}` cannot be read: {e}")).help(help).at("planet")
+                })?;
+                let spk = Spk::parse(file, &bytes).map_err(|e| fault(&e, "planet"))?;
+                Source::Kernel(spk, file.clone())
+            }
+        };
+        let (centre, span) = (planet.body.body(), planet.span);
+        Ok(Heavens { source: Arc::new(source), centre, epoch, span })
+    }
+
+    /// The way of one body; `param` names what asks for it.
+    pub fn course(&self, body: Body, param: &str) -> Result<Course, BuildError> {
+        let (source, origin) = (self.source.clone(), self.centre);
+        let start = self.epoch.tdb_days();
+        let named = |e: &WorldError| {
+            let mut e = fault(e, param);
+            e.message = format!("{} at the epoch {}: {}", source.name(), self.epoch, e.message);
+            e
+        };
+        let ends = source.span(body, origin, start).map_err(|e| named(&e))?;
+        let begin = start.0 * 86_400.0 + start.1 * 86_400.0;
+        let [first, last] = [ends[0] - begin + ROUNDING, ends[1] - begin - ROUNDING];
+        let length = self.span.min(last).max(ROUNDING);
+        let table = Sampled::new(&*source, body, origin, &self.epoch, length);
+        let table = table.map_err(|e| named(&e))?;
+        Ok(Course { source, body, origin, start, table, range: [first, last], ends })
+    }
+}
+
+/// Where one body is from the centre: a table, and the source itself for times that the table has not.
+pub(crate) struct Course {
+    source: Arc<Source>,
+    body: Body,
+    origin: Body,
+    /// TDB at t = 0, days past J2000 in two parts.
+    start: (f64, f64),
+    table: Sampled,
+    /// First and last t for which the source answers, s.
+    range: [f64; 2],
+    /// The same as TDB seconds past J2000.
+    ends: [f64; 2],
+}
+
+impl Course {
+    /// From the centre to the body at t (s), m, ICRF; NaN where the source has nothing.
+    pub fn at(&self, t: f64) -> Vec3 {
+        if self.is_beyond(t) {
+            return Vec3::repeat(f64::NAN);
+        }
+        let t = t.clamp(self.range[0], self.range[1]);
+        let beyond = |_| {
+            let now = (self.start.0, self.start.1 + t / 86_400.0);
+            self.source.state(self.body, self.origin, now)
+        };
+        self.table.at(t).or_else(beyond).map_or(Vec3::repeat(f64::NAN), |s| s.position)
+    }
+
+    fn is_beyond(&self, t: f64) -> bool {
+        let [first, last] = self.range;
+        !(first - 2.0 * ROUNDING..=last + 2.0 * ROUNDING).contains(&t)
+    }
+
+    /// Why there is no answer at t (s): what the source covers, and what to do.
+    pub fn trouble(&self, t: f64) -> Option<BuildError> {
+        self.is_beyond(t).then(|| self.told(t))
+    }
+
+    #[cold]
+    fn told(&self, t: f64) -> BuildError {
+        let [first, last] = self.ends.map(date);
+        let begin = self.start.0 * 86_400.0 + self.start.1 * 86_400.0;
+        let fact = format!(
+            "{} has the {:?} from the {:?} from {first} to {last}, and not at {}, t = {t} s after the epoch {}",
+            self.source.name(),
+            self.body,
+            self.origin,
+            date(begin + t),
+            date(begin),
+        );
+        let help = format!(
+            "end the run before t = {:.0} s, begin it at another epoch, or write in `planet` a `kernel` (SPK file) that covers it",
+            self.range[1].floor()
+        );
+        BuildError::new(fact).help(help)
+    }
+}

@@ -1,0 +1,100 @@
+//! What parts and services tell in the middle of a run: allowed and probably not meant. Each is told once, and the run goes on.
+use super::{RunError, Simulation};
+use crate::block::Evaluation;
+use crate::plan::Plan;
+use crate::value::Fault;
+use linkwork_spatial::Vec3;
+use std::collections::BTreeSet;
+
+/// Notices that are kept until somebody asks.
+const KEPT: usize = 256;
+
+/// A notice: simulated time (s), and what there is to be said, with the place of the part in its file.
+pub type Notice = (f64, Fault);
+
+/// What was told, and what nobody has asked for yet.
+#[derive(Default)]
+pub(crate) struct Notices {
+    kept: Vec<Notice>,
+    /// Guards by name, services by path.
+    told: BTreeSet<String>,
+}
+
+impl Notices {
+    /// Once for each `name`.
+    fn add(&mut self, name: &str, time: f64, fault: Fault) {
+        // Nobody may ever ask: what comes then is not kept.
+        if self.told.insert(name.to_string()) && self.kept.len() < KEPT {
+            self.kept.push((time, fault));
+        }
+    }
+}
+
+impl Simulation {
+    /// What was told since this was asked last: a parachute that is commanded twice, air that is asked for beyond its table.
+    /// At most 256 are kept; a run that is restored, or a fork, tells again.
+    pub fn take_notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices.kept)
+    }
+
+    /// What a part has to say of its guard `which`, before that fires.
+    pub(super) fn hear(&mut self, plan: &Plan, name: &str, block: u32, which: usize) {
+        if self.notices.told.contains(name) {
+            return;
+        }
+        let now = self.next(Evaluation::Tick);
+        let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
+        if let Some(told) = self.blocks[block as usize].tells(&now, which, x, d, sig) {
+            let part = &plan.parts[block as usize];
+            let message = format!("`{}`: {}", part.path, told.message);
+            let fault = Fault { message, origin: part.origin, help: told.help };
+            self.notices.add(name, now.t, fault);
+        }
+    }
+
+    /// What parts that a phase has brought have to say of how they begin.
+    pub(super) fn hear_new(&mut self, plan: &Plan, new: &[String]) {
+        let now = self.next(Evaluation::Tick);
+        let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
+        for (part, block) in plan.parts.iter().zip(&mut self.blocks) {
+            if !new.contains(&part.path) {
+                continue;
+            }
+            for remark in block.remarks(&now, x, d, sig) {
+                let message = format!("`{}`: {}", part.path, remark.message);
+                let fault = Fault { message, origin: part.origin, help: remark.help };
+                let name = format!("{}: {}", part.path, remark.param.unwrap_or_default());
+                self.notices.add(&name, now.t, fault);
+            }
+        }
+    }
+
+    /// At a row: where parts stand that ask services at places, and whether the services' data reach there.
+    ///
+    /// # Errors
+    /// A service that is to stop the run where its data end.
+    pub(super) fn places(&mut self, plan: &Plan) -> Result<(), RunError> {
+        for k in 0..plan.asked.len() {
+            if self.work.silent[k] {
+                continue;
+            }
+            let asked = &plan.asked[k];
+            let place = Vec3::from(asked.position.map(|lane| self.state.sig[lane as usize]));
+            let t = self.time();
+            let Some(beyond) = asked.object.beyond(t, place) else { continue };
+            let part = &plan.parts[asked.part as usize];
+            let message =
+                format!("`{}`: {}; `{}` asks", asked.service, beyond.told.message, part.path);
+            if beyond.stops {
+                let (path, help) = (asked.service.clone(), beyond.told.help);
+                return Err(RunError { time: t, path, message, help });
+            }
+            let fault = Fault { message, origin: part.origin, help: beyond.told.help };
+            for (silent, other) in self.work.silent.iter_mut().zip(&plan.asked) {
+                *silent |= other.service == asked.service;
+            }
+            self.notices.add(&asked.service, t, fault);
+        }
+        Ok(())
+    }
+}
