@@ -239,7 +239,7 @@ impl Model for Axisymmetric {
         _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        leaves(self.air(c.t, &u.body).0.mach, d)
+        leaves(self.air(c.t, u).0.mach, d)
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         remark(self.air(c.t, u).1)
