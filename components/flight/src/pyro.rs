@@ -96,7 +96,13 @@ pub struct NextStage {
     /// Time since it begins or ends, or command over ½.
     #[port("*", rising)]
     pub since: f64,
+    /// Command over ½, for one that comes when it is spent.
+    #[port("1", rising)]
+    pub command: f64,
 }
+
+/// Place of that command among the guards.
+const COMMAND: usize = 1;
 
 /// A guard that begins on its zero is not seen to rise: a command at once comes so much later, s.
 const AT_ONCE: f64 = 1e-9;
@@ -152,10 +158,13 @@ impl Model for Pyro {
             2.0 => c.t - (d.begins + self.p.duration),
             _ => -1.0,
         };
-        NextStage { since }
+        NextStage { since, command: u.fire - 0.5 }
     }
-    fn fired(&self, c: &Clock, _: usize, x: &Waited, d: &Charge) -> (Waited, Charge) {
+    fn fired(&self, c: &Clock, which: usize, x: &Waited, d: &Charge) -> (Waited, Charge) {
         let p = &self.p;
+        if which == COMMAND {
+            return (*x, *d);
+        }
         if d.stage > 0.0 {
             return (*x, Charge { stage: d.stage + 1.0, ..*d });
         }
@@ -163,6 +172,32 @@ impl Model for Pyro {
         let impulse = p.impulse * (1.0 + p.impulse_sigma * c.normal(0)).max(0.0);
         let stage = if late > 0.0 { 1.0 } else { 2.0 };
         (*x, Charge { stage, begins: c.t + late, impulse })
+    }
+    fn tells(
+        &self,
+        c: &Clock,
+        which: usize,
+        _: &Waited,
+        d: &Charge,
+        _: &(),
+        _: &PyroIn,
+    ) -> Option<BuildError> {
+        if which != COMMAND {
+            return None;
+        }
+        let t = c.t;
+        if let Some(after) = self.p.after {
+            let fact = format!(
+                "it is commanded at {t:.6} s, and `after` fires it {after} s after it is there"
+            );
+            let help = "leave `after` out, or the wire to `fire`: the command does nothing";
+            return Some(BuildError::new(fact).help(help).at("after"));
+        }
+        (d.stage == 3.0).then(|| {
+            let fact =
+                format!("it is commanded at {t:.6} s, and has been used at {:.6} s", d.begins);
+            BuildError::new(fact).help("it fires once: write another part for a second one")
+        })
     }
     fn remarks(&self, _: &Clock, _: &Waited, d: &Charge, _: &(), u: &PyroIn) -> Vec<BuildError> {
         let early = self.p.after.is_none() && d.stage == 0.0 && u.fire >= 0.5;
@@ -232,8 +267,14 @@ mod tests {
         assert!(y.force > 100.0 && total.norm() < 1e-9, "{total}");
         d = fire(1.52, &d);
         assert!(force(1.53, &d).spent && force(1.53, &d).force == 0.0);
-        // A second command does nothing.
+        // A second command does nothing, and is told.
         assert!(guard(2.0, &d, 0.0) < 0.0 && guard(2.0, &d, 1.0) < 0.0);
+        let c = Clock::at(2.0, 0.1, 0);
+        let after = m.fired(&c, COMMAND, &x, &d, &(), &input(1.0), &mut ()).1;
+        assert_eq!((after.stage, after.begins), (3.0, 1.5));
+        let told = m.tells(&c, COMMAND, &x, &d, &(), &input(1.0), &()).unwrap();
+        assert!(told.message.contains("used at 1.5"), "{told}");
+        assert!(m.tells(&c, 0, &x, &d, &(), &input(1.0), &()).is_none());
     }
 
     #[test]

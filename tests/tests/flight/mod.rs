@@ -13,6 +13,7 @@ mod lunar_landing;
 mod missions;
 mod notices;
 mod orders;
+mod parting;
 mod refusals;
 mod rendezvous;
 mod site;
