@@ -11,5 +11,6 @@ mod c_motions;
 mod c_numbers;
 mod c_obstacles;
 mod c_tasks;
+mod c_together;
 mod cpp_calls;
 mod support;

@@ -72,7 +72,7 @@ impl Effort {
     }
 
     /// Evaluations of the kinematics after which [`Robot::reach`] has ended at the latest, met or with the nearest, whatever the chain, the start and the goal's
-    /// numbers; calls and portions end sooner where [`kinematics`](Self::kinematics) says so. What most searches take is a hundredth of it.
+    /// numbers; a call ends sooner where `kinematics` bounds it. Most searches take a hundredth of it.
     /// [`WholeReach::worst_case_steps`](super::WholeReach::worst_case_steps) is that of the whole.
     #[must_use]
     pub fn worst_case_steps(&self, goal: &Goal) -> usize {

@@ -95,7 +95,7 @@ impl Timing {
     /// For ways of so many configurations, in so many sections: twenty for each configuration are few, a hundred are many. Allocates: once, at set-up.
     ///
     /// # Errors
-    /// [`RobotError::OutOfRange`] for fewer than two configurations, and for fewer than eight sections a configuration.
+    /// [`RobotError::OutOfRange`] for fewer than two configurations, and for fewer than eight sections a configuration; [`RobotError::OpensClosure`].
     pub fn new(robot: &Robot, configurations: usize, sections: usize) -> Result<Self, RobotError> {
         robot.model.open_tree("a timed way")?;
         if configurations < 2 {

@@ -1,0 +1,190 @@
+//! Several tips of a robot with two arms at once through the interface of C: what Rust says, to the bit; no memory is taken; mistakes are codes.
+
+use crate::support::*;
+use linkwork_embedded::spatial::{Pose, Quat};
+use linkwork_embedded::*;
+use linkwork_robot::*;
+use std::ptr::{null, null_mut};
+
+const NOWHERE: LwGoal = LwGoal {
+    pose: LwPose { position: [0.0; 3], quaternion: [0.0, 0.0, 0.0, 1.0] },
+    weights: [1.0; 2],
+    parts: 0,
+    direction: [0.0; 3],
+    axis: [0.0; 3],
+    towards: [0.0; 3],
+    within: 0.0,
+};
+
+/// Both tips at once, one seen from the other, what both hands hold, the best, portions, bounds; and what is refused.
+#[test]
+fn several_tips_at_once() {
+    let mut two = Two::new();
+    let r = two.r;
+    let effort = LwEffort { tolerances: [1e-9; 2], steps: 100, restarts: 8, kinematics: 9000 };
+    let own = Effort { tolerances: [1e-9; 2], steps: 100, restarts: 8, kinematics: 9000 };
+    // SAFETY: handles of the library, arrays of the lengths given.
+    unsafe {
+        let mut s = null_mut();
+        assert_eq!(lw_whole_reach_new(r, 2, &mut s), LwStatus::Ok);
+        let mut search = WholeReach::new(&two.robot, 2);
+        let mut answer = std::mem::zeroed::<LwAnswer>();
+        let mut best = std::mem::zeroed::<LwBest>();
+        two.go(&Q);
+        // As C reads them: of length 1.
+        let unit = |X: Pose| Pose::new(Quat::new_normalize(*X.rotation.quaternion()), X.position);
+        let near = |X: Pose| unit(Pose::new(X.rotation, X.position * 0.97));
+        let X = [two.left, two.right].map(|p| near(two.robot.tip_pose(p).unwrap()));
+        let of = |X: Pose, parts| LwGoal { pose: X.into(), parts, ..NOWHERE };
+        let both = LW_GOAL_POSITION | LW_GOAL_ORIENTATION;
+        let between = unit(X[0].inverse() * X[1]);
+        let base = two.robot.base_pose(two.left).unwrap().inverse() * X[0];
+        let apart = TipGoal::new(two.right, Goal::pose(between)).seen_from(Frame::Tip(two.left));
+        let cases = [
+            (
+                LwTipGoal { goal: of(X[0], both), part: LEFT, seen_from: LW_NO_PART },
+                LwTipGoal { goal: of(between, both), part: RIGHT, seen_from: LEFT },
+                [TipGoal::new(two.left, Goal::pose(X[0])), apart],
+            ),
+            (
+                LwTipGoal {
+                    goal: of(base, LW_GOAL_POSITION | LW_GOAL_IN_BASE),
+                    part: LEFT,
+                    seen_from: LW_NO_PART,
+                },
+                LwTipGoal { goal: of(X[1], LW_GOAL_POSITION), part: RIGHT, seen_from: LW_NO_PART },
+                [
+                    TipGoal::new(two.left, Goal::position(base.position)).seen_from(Frame::Base),
+                    TipGoal::new(two.right, Goal::position(X[1].position)),
+                ],
+            ),
+        ];
+        let likes = LwPrefer { centred: 1.0, manipulable: 0.3, length: 0.5, starts: 2, steps: 60 };
+        let LwPrefer { centred, manipulable, length, starts, steps } = likes;
+        let prefer = Prefer { centred, manipulable, length, starts, steps };
+        for (a, b, rust) in cases {
+            let (goals, mut left) = ([a, b], [9.0; 4]);
+            let (mut q, mut theirs) = (Q, Q);
+            let (g, p, l) = (goals.as_ptr(), q.as_mut_ptr(), left.as_mut_ptr());
+            quiet(|| lw_whole_reach_solve(r, s, g, 2, &effort, p, 13, l, 4, &mut answer));
+            let told = search.reach(&two.robot, &rust, &own, &mut theirs).unwrap();
+            assert_eq!((answer, answer.outcome), (LwAnswer::from(told), LwOutcome::Met));
+            same(&q, &theirs);
+            let residuals: Vec<f64> =
+                search.residuals().iter().flat_map(|r| [r.position, r.orientation]).collect();
+            assert_eq!(bits(&left), bits(&residuals));
+            // In portions, from a start of no evaluation.
+            let mut q = Q;
+            let p = q.as_mut_ptr();
+            let none = LwEffort { kinematics: 0, ..effort };
+            quiet(|| lw_whole_reach_solve(r, s, g, 2, &none, p, 13, null_mut(), 0, &mut answer));
+            while answer.outcome == LwOutcome::Unfinished {
+                quiet(|| lw_whole_reach_go_on(r, s, 2, p, 13, l, 4, &mut answer));
+            }
+            assert_eq!(answer, LwAnswer::from(told));
+            same(&q, &theirs);
+            assert_eq!(bits(&left), bits(&residuals));
+            let (mut q, mut theirs) = (Q, Q);
+            let p = q.as_mut_ptr();
+            quiet(|| lw_whole_reach_best(r, s, g, 2, &likes, &effort, p, 13, &mut best));
+            let told = search.best(&mut two.robot, &rust, &prefer, &own, &mut theirs).unwrap();
+            same(&q, &theirs);
+            same(&[best.cost], &[told.cost]);
+            assert_eq!((best.solutions, best.kinematics), (told.solutions, told.kinematics));
+            let mut steps = 0;
+            quiet(|| lw_whole_reach_worst_case_steps(r, s, g, 2, &effort, &mut steps));
+            assert_eq!(steps, search.worst_case_steps(&rust, &own));
+        }
+        // The torso, which is no part, and the left arm alone stay when the right one is kept; then it moves again.
+        let (goal, rust) = (cases[1].0, cases[1].2);
+        quiet(|| lw_whole_reach_keep(r, s, RIGHT));
+        let mut q = Q;
+        let p = q.as_mut_ptr();
+        quiet(|| lw_whole_reach_solve(r, s, &goal, 1, &effort, p, 13, null_mut(), 0, &mut answer));
+        search.keep(two.model.dofs(two.right).unwrap()).unwrap();
+        let mut theirs = Q;
+        search.reach(&two.robot, &rust[..1], &own, &mut theirs).unwrap();
+        same(&q, &theirs);
+        assert!(two.model.dofs(two.right).unwrap().iter().all(|d| q[*d] == Q[*d]));
+        quiet(|| lw_whole_reach_release(r, s, RIGHT));
+        search.release(two.model.dofs(two.right).unwrap()).unwrap();
+        // Both hands on the beam: the nearest keeps them there; with all kept but one wrist nothing does.
+        for hand in [LEFT, RIGHT] {
+            assert_eq!(lw_robot_grasp(r, hand, two.beam.index() as u32, null()), LwStatus::Ok);
+        }
+        for hand in [two.left, two.right] {
+            two.robot.grasp(hand, two.beam, Grasp::Here).unwrap();
+        }
+        let far = Pose::translation(2.5, 0.0, 0.5);
+        let goal = LwTipGoal { goal: of(far, LW_GOAL_POSITION), part: LEFT, seen_from: LW_NO_PART };
+        let rust = [TipGoal::new(two.left, Goal::position(far.position))];
+        let (mut q, mut theirs) = (Q, Q);
+        let p = q.as_mut_ptr();
+        quiet(|| lw_whole_reach_solve(r, s, &goal, 1, null(), p, 13, null_mut(), 0, &mut answer));
+        let told = search.reach(&two.robot, &rust, &Effort::default(), &mut theirs).unwrap();
+        assert_eq!((answer, answer.outcome), (LwAnswer::from(told), LwOutcome::Nearest));
+        same(&q, &theirs);
+        for part in [LEFT, RIGHT] {
+            assert_eq!(lw_whole_reach_keep(r, s, part), LwStatus::Ok);
+        }
+        let mut q = Q;
+        q[3] += 0.2;
+        let opened = q;
+        let p = q.as_mut_ptr();
+        let open =
+            lw_whole_reach_solve(r, s, null(), 0, &effort, p, 13, null_mut(), 0, &mut answer);
+        two.refused(open, LwStatus::DoesNotClose, "the grasp of object 0 by two hands");
+        assert!(answer.position > 0.01 && answer.outcome == LwOutcome::Nearest, "{answer:?}");
+        // What is refused writes nothing.
+        q = opened;
+        let (goals, mut left) = ([cases[0].0, cases[0].1], [9.0; 4]);
+        let p = q.as_mut_ptr();
+        let l = left.as_mut_ptr();
+        let mut ask = |g: &[LwTipGoal], n, m| {
+            lw_whole_reach_solve(r, s, g.as_ptr(), g.len(), &effort, p, n, l, m, &mut answer)
+        };
+        two.refused(ask(&[goals[0]; 3], 13, 6), LwStatus::NoRoom, "3 goals");
+        two.refused(ask(&goals, 12, 4), LwStatus::Length, "`q`");
+        two.refused(ask(&goals, 13, 3), LwStatus::Length, "`residuals`");
+        let itself = LwTipGoal { seen_from: RIGHT, ..goals[1] };
+        two.refused(ask(&[itself], 13, 2), LwStatus::OutOfRange, "tip seen from itself");
+        let lost = LwTipGoal { seen_from: 9, ..goals[1] };
+        two.refused(ask(&[lost], 13, 2), LwStatus::Foreign, "");
+        let two_frames = LwTipGoal { seen_from: RIGHT, ..cases[1].0 };
+        two.refused(ask(&[two_frames], 13, 2), LwStatus::OutOfRange, "LW_NO_PART");
+        let nothing = LwTipGoal { goal: NOWHERE, ..goals[0] };
+        two.refused(ask(&[nothing], 13, 2), LwStatus::OutOfRange, "ask for a position");
+        two.refused(lw_whole_reach_keep(r, s, 9), LwStatus::Foreign, "");
+        let over = lw_whole_reach_go_on(r, s, 9, p, 13, p.add(12), 4, &mut answer);
+        two.refused(over, LwStatus::Overlap, "`q` and `residuals`");
+        assert_eq!(lw_whole_reach_keep(r, s, LEFT), LwStatus::Ok);
+        let ended = lw_whole_reach_go_on(r, s, 9, p, 13, null_mut(), 0, &mut answer);
+        two.refused(ended, LwStatus::NoSearch, "");
+        let mut none = null_mut();
+        two.refused(lw_whole_reach_new(r, 1 << 20, &mut none), LwStatus::OutOfRange, "`goals`");
+        let (g, a, mut steps) = (goals.as_ptr(), &raw mut answer, 0);
+        all_null(&[
+            lw_whole_reach_new(r, 2, null_mut()),
+            lw_whole_reach_new(null_mut(), 2, &mut none),
+            lw_whole_reach_keep(r, null_mut(), LEFT),
+            lw_whole_reach_release(r, null_mut(), LEFT),
+            lw_whole_reach_solve(r, null_mut(), g, 2, null(), p, 13, l, 4, a),
+            lw_whole_reach_solve(r, s, null(), 2, null(), p, 13, l, 4, a),
+            lw_whole_reach_solve(r, s, g, 2, null(), null_mut(), 13, l, 4, a),
+            lw_whole_reach_solve(r, s, g, 2, null(), p, 13, null_mut(), 4, a),
+            lw_whole_reach_solve(r, s, g, 2, null(), p, 13, l, 4, null_mut()),
+            lw_whole_reach_go_on(r, s, 9, p, 13, l, 0, null_mut()),
+            lw_whole_reach_best(r, s, g, 2, null(), null(), p, 13, &mut best),
+            lw_whole_reach_best(r, s, g, 2, &likes, null(), p, 13, null_mut()),
+            lw_whole_reach_worst_case_steps(r, s, g, 2, null(), null_mut()),
+            lw_whole_reach_worst_case_steps(r, s, null(), 2, null(), &mut steps),
+            lw_effort_worst_case_steps(null(), null(), &mut steps),
+            lw_effort_worst_case_steps(null(), &goals[0].goal, null_mut()),
+        ]);
+        assert_eq!((q, left), (opened, [9.0; 4]), "nothing was written");
+        assert_eq!(lw_effort_worst_case_steps(&effort, &goals[0].goal, &mut steps), LwStatus::Ok);
+        assert_eq!(steps, own.worst_case_steps(&Goal::pose(X[0])));
+        lw_whole_reach_free(s);
+        lw_whole_reach_free(null_mut());
+    }
+}
