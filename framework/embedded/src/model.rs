@@ -58,7 +58,10 @@ impl ModelSpec {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        let joints = d.joints.iter().filter_map(|j| Some((j.name.clone(), d.coordinate(&j.name)?)));
+        // By the joints themselves: looking each up by its name would take the square of their number.
+        let joints = d.joints.iter().filter(|j| j.count == 1).map(|j| {
+            (j.name.clone(), HingeCoordinate { body: j.body.clone(), subhinge: j.subhinge })
+        });
         Ok(Self {
             mechanism: d.builder.clone(),
             joints: joints.collect(),

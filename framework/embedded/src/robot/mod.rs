@@ -1,5 +1,6 @@
 //! One instance of a robot: its configuration, what its hands hold, and the memory of every call.
 
+mod closure;
 mod collide;
 mod dual;
 mod force;
@@ -20,6 +21,7 @@ mod way;
 mod whole_body;
 mod wish;
 
+pub use closure::{Closing, Closure};
 pub use collide::{Path, PathProgress};
 pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
 pub use force::Push;
