@@ -2,10 +2,12 @@
 //! reference data, and what flights are compared by.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
 use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down};
+use linkwork_runner::{Ended, Figures, Goal, Pause, Runner, Watch, prepare};
 use linkwork_runtime::{Catalogue, Entry, Files, Program, Seconds, Simulation};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub fn catalogue() -> Catalogue {
@@ -34,6 +36,52 @@ pub fn repository(path: &str, set: &[&str]) -> Result<Simulation, String> {
     let file = linkwork_tests::root().join("sims").join(path);
     let program = finish(load_file(file, &options(&catalogue, set)), &catalogue)?;
     Ok(Simulation::of(Arc::new(program)))
+}
+
+/// Figures, taken at each tick.
+struct Figured(Figures);
+
+impl Watch for Figured {
+    fn tick(&mut self, sim: &Simulation) {
+        self.0.sample(sim);
+    }
+}
+
+/// What a simulation of the repository says of itself at its end: its figures, in their units.
+///
+/// # Errors
+/// What its file does not permit; a run that fails.
+pub fn figures(path: &str, set: &[&str]) -> Result<BTreeMap<String, f64>, String> {
+    let catalogue = catalogue();
+    let file = linkwork_tests::root().join("sims").join(path).join("sim.ron");
+    figured(load_file(file, &options(&catalogue, set)), &catalogue)
+}
+
+/// The same of a text.
+///
+/// # Errors
+/// As [`figures`].
+pub fn figures_of(text: &str) -> Result<BTreeMap<String, f64>, String> {
+    let catalogue = catalogue();
+    figured(load_text("scene.ron", text, &options(&catalogue, &[])), &catalogue)
+}
+
+fn figured(
+    loaded: Result<Loaded, Failure>,
+    catalogue: &Catalogue,
+) -> Result<BTreeMap<String, f64>, String> {
+    let settings = loaded.as_ref().map(|l| l.simulation.clone()).ok();
+    let program = finish(loaded, catalogue)?;
+    let settings = settings.ok_or("no settings")?;
+    let prepared = prepare(&program.phases[0].plan, &settings).map_err(|f| format!("{f:?}"))?;
+    let mut goal = Goal { until: settings.until, steps: None, stop_when: prepared.stop_when };
+    let sim = Simulation::of(Arc::new(program));
+    let mut runner = Runner::new(sim, Figured(prepared.figures));
+    match runner.go(&mut goal, u64::MAX) {
+        Pause::Ended(Ended::Goal | Ended::StopWhen) => {}
+        other => return Err(format!("{other:?}")),
+    }
+    Ok(runner.watch.0.results().map(|(name, value, _)| (name.to_string(), value)).collect())
 }
 
 /// `sims/rover_traverse` with parameters set from outside, at its start.

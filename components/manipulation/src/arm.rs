@@ -10,7 +10,16 @@ use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Value};
 use linkwork_spatial::{MassProperties, Mat3, Pose};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A robot description (URDF) as a parameter: the name of a file, or (name, text) with the text in place.
+/// What becomes of moments of inertia that no body has: files of many robots have some.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InertiaCheck {
+    /// They are read, with a warning that names link and numbers.
+    Warn,
+    /// They are refused.
+    Physical,
+}
+
+/// A robot description (URDF) as a parameter: the name of a file, or (name, text) with the text in place. Moments of inertia in it that no body has are a warning.
 #[derive(Clone, Debug)]
 pub struct RobotFile {
     name: String,
@@ -27,12 +36,32 @@ impl RobotFile {
     /// The description that it is, with its roots held so.
     ///
     /// # Errors
-    /// What is wrong with it; moments that no body has, too: a model has nobody to warn.
-    pub fn read(&self, root: Root) -> Result<Description, BuildError> {
-        let unphysical = Unphysical::Refused;
+    /// What is wrong with it; moments that no body has where they are to be refused.
+    pub fn read(&self, root: Root, check: InertiaCheck) -> Result<Description, BuildError> {
+        let unphysical = match check {
+            InertiaCheck::Warn => Unphysical::Read,
+            InertiaCheck::Physical => Unphysical::Refused,
+        };
         let options = ReadOptions { root, unphysical, ..ReadOptions::default() };
         let read = read_text(&self.text, &options.at(&self.name));
         read.map_err(|e| BuildError::new(e.to_string()).at("robot"))
+    }
+
+    /// The same with a warning for what is read though no body has it. What cannot be read is told when a controller is made of it.
+    fn told(self, v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Self {
+        if let Ok(d) = self.read(Root::AsWritten, InertiaCheck::Warn)
+            && !d.doubtful.is_empty()
+        {
+            let lines: Vec<String> = d.doubtful.iter().map(ToString::to_string).collect();
+            let (path, param, name, lines) =
+                (&cx.path, &spec.name, &self.name, lines.join("\n    "));
+            let fact = format!(
+                "`{path}.{param}`: `{name}` has mass properties that no body has:\n    {lines}"
+            );
+            let help = "correct the file; `inertia_check: Physical` refuses it";
+            cx.warn(v.origin, fact, Some(help.into()));
+        }
+        self
     }
 }
 
@@ -47,10 +76,13 @@ impl Param for RobotFile {
         };
         let help = "write the name of a file, or (name: \"…\", text: \"…\")";
         match &v.value {
-            Value::Text(name) => Some(Self::new(name, &cx.text(name, v.origin)?)),
+            Value::Text(name) => {
+                let text = cx.text(name, v.origin)?;
+                Some(Self::new(name, &text).told(v, spec, cx))
+            }
             Value::Map(_) => {
                 if let (Some(name), Some(text)) = (word("name"), word("text")) {
-                    return Some(Self::new(&name, &text));
+                    return Some(Self::new(&name, &text).told(v, spec, cx));
                 }
                 let fact = format!("`{}.{}`: `name` or `text` is missing", cx.path, spec.name);
                 cx.fault(v.origin, fact, Some(help.into()));
@@ -188,7 +220,7 @@ impl Arm {
     /// # Errors
     /// What is wrong with the file or the names; joints that are on no chain or on two; a load that is not physical.
     pub fn new(
-        file: &RobotFile,
+        (file, check): (&RobotFile, InertiaCheck),
         base: &str,
         hands: &[Hand<'_>],
         armature: &[f64],
@@ -196,7 +228,7 @@ impl Arm {
         gravity: Vec3,
     ) -> Result<Self, BuildError> {
         let fault = |e: &dyn std::fmt::Display, at: &str| BuildError::new(e.to_string()).at(at);
-        let d = file.read(Root::Fixed)?;
+        let d = file.read(Root::Fixed, check)?;
         let mut spec = ModelSpec::from_description(&d).map_err(|e| fault(&e, "robot"))?;
         let found: Vec<Option<Vec<usize>>> =
             hands.iter().map(|h| chain(&spec, base, h.tip)).collect();

@@ -9,12 +9,13 @@
 //! move independently in six directions (a singular pose), the arm holds itself against gravity, damped, and `singular` says so.
 //!
 //! A compliant tip that is fed has no spring along `feed`: e is taken across it. A move ends when its time is over and the tip has
-//! arrived, or when it feels the touch or comes to the depth that it was to. When it does not arrive within
-//! `patience`, `failed` is set and the arm stays there. After the last move it holds its pose, and `done` is set.
+//! arrived, or when it feels the touch or comes to the depth that it was to. When it does not arrive, feels nothing or does not come
+//! to its depth within `patience`, `failed` is set and the arm stays there. After the last move it holds its pose, and `done` is set.
+//! The work is looked at when a move begins: its moves go to where it is seen, with the noise `work_noise`.
 
-use crate::arm::{Arm, Hand, Load, Memory, RobotFile};
+use crate::arm::{Arm, Hand, InertiaCheck, Load, Memory, RobotFile};
 use crate::moves::{Move, Path, Reference};
-use crate::programme::{Follower, Met, Place};
+use crate::programme::{Follower, Met, Place, look};
 use crate::tracking::{Now, norm};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
@@ -24,6 +25,9 @@ use linkwork_spatial::Pose;
 pub struct ArmParams {
     /// Description of the robot as the controller believes it to be; masses and limits of its joints come from there.
     pub robot: RobotFile,
+    /// Moments of inertia in it that no body has: `Warn` reads them with a warning, `Physical` refuses them.
+    #[param(default = InertiaCheck::Warn)]
+    pub inertia_check: InertiaCheck,
     /// Link that carries the arm, or `world`: the base.
     #[param(default = "world".to_string())]
     pub base: String,
@@ -46,6 +50,9 @@ pub struct ArmParams {
     /// Roll, pitch, yaw of the work in the base.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub work_rpy: Vec3,
+    /// Standard deviation, on each axis, of where the work is seen about `work_position`: it is looked at anew when a move begins.
+    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    pub work_noise: f64,
     /// Free fall in the base's axes.
     #[param(unit = "m/s^2", default = Vec3::new(0.0, 0.0, -9.80665))]
     pub gravity: Vec3,
@@ -98,7 +105,7 @@ pub struct ArmOut {
     /// All moves are done.
     #[port("1")]
     pub done: bool,
-    /// A move did not arrive; the arm stays where it was to be.
+    /// A move did not arrive, or not feel what it was to; the arm stays where it was to be.
     #[port("1")]
     pub failed: bool,
     /// The tip cannot move independently in six directions here.
@@ -148,6 +155,9 @@ pub struct Progress {
     /// A move did not arrive.
     #[port("1")]
     pub failed: bool,
+    /// How far beside `work_position` the work was seen when the move began, base axes.
+    #[port("m")]
+    pub seen: Vec3,
 }
 
 struct Step {
@@ -170,7 +180,7 @@ pub struct ArmController {
 impl ArmController {
     fn arm(p: &ArmParams) -> Result<Arm, BuildError> {
         let hand = Hand { at: "tip", tip: &p.tip, tool: p.tool };
-        Arm::new(&p.robot, &p.base, &[hand], &p.armature, &p.loads, p.gravity)
+        Arm::new((&p.robot, p.inertia_check), &p.base, &[hand], &p.armature, &p.loads, p.gravity)
     }
 
     fn step(&self, d: &Progress) -> &Step {
@@ -189,7 +199,7 @@ impl ArmController {
         let wanted = match (d.begun, d.done || d.failed) {
             (false, _) => Reference::still(X),
             (true, true) => Reference::still(from),
-            (true, false) => self.step(d).path.at(&from, d.elapsed),
+            (true, false) => self.step(d).path.seen(&d.seen).at(&from, d.elapsed),
         };
         Some(Now::new(wanted, &X, &V))
     }
@@ -290,6 +300,7 @@ impl SizedModel for ArmController {
             rotation: Quat::identity(),
             done: false,
             failed: false,
+            seen: Vec3::zeros(),
         }
         .put(d);
     }
@@ -354,12 +365,14 @@ impl SizedModel for ArmController {
                 near: norm(&now.e[3..]) <= self.p.tolerance
                     && norm(&now.e[..3]) <= self.p.tolerance_angle,
                 arrive: step.arrive,
+                waits: step.touch.is_some() || step.depth.is_some(),
                 ended: felt || deep,
             };
             let Progress { begun, index, elapsed, done, failed, .. } = p;
             let mut place = Place { begun, index, elapsed, done, failed };
             if place.sample(&met, self.steps.len(), self.p.patience, c.dt) {
                 (p.position, p.rotation) = (X.position, X.rotation);
+                p.seen = look(c, self.p.work_noise);
             }
             (p.begun, p.index, p.elapsed) = (place.begun, place.index, place.elapsed);
             (p.done, p.failed) = (place.done, place.failed);

@@ -1,6 +1,7 @@
 //! Tests of the controller, most of them in closed loop with an arm of the same description.
 use super::*;
 use crate::moves::Written;
+use linkwork_runtime::Params as _;
 
 fn arm() -> String {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assemblies/arms/six_axis.urdf");
@@ -15,6 +16,7 @@ fn stay(name: &str, duration: f64) -> Move {
 fn params(moves: Vec<Move>) -> ArmParams {
     ArmParams {
         robot: RobotFile::new("six_axis.urdf", &arm()),
+        inertia_check: InertiaCheck::Warn,
         base: "world".into(),
         tip: "tool".into(),
         tool: Vec3::zeros(),
@@ -28,6 +30,7 @@ fn params(moves: Vec<Move>) -> ArmParams {
         }],
         work_position: Vec3::zeros(),
         work_rpy: Vec3::zeros(),
+        work_noise: 0.0,
         gravity: Vec3::new(0.0, 0.0, -9.80665),
         bandwidth: 30.0,
         tolerance: 1e-3,
@@ -245,6 +248,112 @@ fn what_does_not_arrive_fails_and_says_so() {
     assert!(!plant.out().failed);
     plant.run(0.5);
     assert!(plant.out().failed && !plant.out().done && plant.out().index == 0.0);
+}
+
+/// A move that is to feel something, or to come to a depth, and does not, fails, whether it is to arrive or not.
+#[test]
+fn a_touch_that_is_not_felt_and_a_depth_that_is_not_reached_fail() {
+    let soft = Some([2000.0, 200.0]);
+    let up = Vec3::new(0.45, 0.1, FLOOR + 0.05);
+    let rpy = Some(Vec3::new(std::f64::consts::PI, 0.0, 0.0));
+    let feel = Move {
+        position: Some(up),
+        rpy,
+        stiffness: soft,
+        touch: Some(50.0),
+        arrive: false,
+        ..stay("feel", 2.0)
+    };
+    let n = Vec3::z();
+    let fed = Move {
+        stiffness: soft,
+        feed: Some(n),
+        depth: Some(0.03),
+        arrive: false,
+        ..stay("feed without a force", 2.0)
+    };
+    for first in [feel, fed] {
+        let name = first.name.clone();
+        let mut plant = Plant::new(vec![first, stay("never", 1.0)], None, free);
+        plant.run(2.9);
+        assert!(!plant.out().failed && plant.out().index == 0.0, "{name}");
+        plant.run(0.5);
+        assert!(plant.out().failed && !plant.out().done && plant.out().index == 0.0, "{name}");
+    }
+}
+
+/// Each move goes to where the work is seen when it begins: spread as told about where it is believed to be, and the same in each run.
+#[test]
+fn the_work_is_looked_at_when_a_move_begins() {
+    let place = Vec3::new(0.45, 0.1, 0.35);
+    let to = |name: &str| Move {
+        position: Some(Vec3::zeros()),
+        frame: Written::Work,
+        arrive: false,
+        ..stay(name, 0.05)
+    };
+    let moves: Vec<Move> = (0..100).map(|_| to("there")).collect();
+    let run = || {
+        let p = ArmParams { work_position: place, work_noise: 1e-3, ..params(moves.clone()) };
+        let c = build(ArmParams { ready: Vec::new(), ..p }).unwrap();
+        let mut d = vec![0.0; <Progress as Lanes>::N];
+        c.initial(&mut [], &mut d);
+        let mut ends = Vec::new();
+        let u: Vec<f64> = READY.iter().flat_map(|q| [*q, 0.0]).collect();
+        for n in 0..10_000 {
+            let clock = Clock::at(0.002 * n as f64, 0.002, n);
+            let before = Progress::get(&d);
+            // The arm stands still: moves that need not arrive go on all the same.
+            c.update(&clock, &[], &mut d, &u, &mut ());
+            let now = Progress::get(&d);
+            if now.index > before.index {
+                ends.push(now.position - place);
+            }
+        }
+        ends
+    };
+    let ends = run();
+    assert!(ends.len() >= 90, "{}", ends.len());
+    let of = |k: usize| {
+        let all = ends.iter().map(|e| e[k]);
+        (all.clone().sum::<f64>() / ends.len() as f64, {
+            (all.map(|x| x * x).sum::<f64>() / ends.len() as f64).sqrt()
+        })
+    };
+    for k in 0..3 {
+        let (mean, spread) = of(k);
+        assert!(mean.abs() < 4e-4 && (spread - 1e-3).abs() < 3e-4, "{k}: {mean} {spread}");
+    }
+    assert_eq!(ends, run());
+}
+
+/// Moments that no body has are read with a warning that names link and number; refused on request.
+#[test]
+fn moments_that_no_body_has_are_a_warning_or_refused() {
+    let (own, wrong) = (r#"iyy="0.147" izz="0.0151""#, r#"iyy="0.147" izz="0.9""#);
+    let text = arm().replace(own, wrong);
+    assert_ne!(text, arm());
+    let told = |text: &str| {
+        let robot = RobotFile::new("six_axis.urdf", text);
+        let p = ArmParams { robot, ..params(vec![stay("a", 1.0)]) };
+        let services = linkwork_runtime::Services::default();
+        let mut cx = linkwork_runtime::ReadCx::new("Arm", &services);
+        let read = ArmParams::read_map(&p.show_map().into(), &mut cx).unwrap();
+        assert!(cx.faults.is_empty(), "{:?}", cx.faults);
+        (read, cx.warnings)
+    };
+    assert!(told(&arm()).1.is_empty());
+    let (p, warnings) = told(&text);
+    let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+    let words = ["`Arm.robot`", "six_axis.urdf", "upper_arm", "0.9"];
+    assert!(words.iter().all(|w| warning.message.contains(w)), "{}", warning.message);
+    assert!(warning.help.as_ref().is_some_and(|h| h.contains("inertia_check: Physical")));
+    let mut plant =
+        Plant { c: build(p.clone()).unwrap(), ..Plant::new(vec![stay("a", 1.0)], None, free) };
+    plant.run(0.1);
+    assert!(plant.out().error < 1.0);
+    let e = build(ArmParams { inertia_check: InertiaCheck::Physical, ..p }).err().unwrap();
+    assert!(e.contains("upper_arm"), "{e}");
 }
 
 #[test]

@@ -12,14 +12,14 @@
 //! The grip is one of flat palms that press towards each other: moments are not looked at. What hands do to the object is known from the loads and
 //! the joints' torques, not measured.
 //!
-//! Moves end as those of one arm do. In a singular pose both arms hold themselves against gravity, damped.
+//! Moves end, and fail, as those of one arm do, and the work is looked at as one arm does. In a singular pose both arms hold themselves against gravity, damped.
 
 use crate::arm::{Arm, HANDS_MAX, Hand, Memory};
 use crate::arm_controller::{JointIn, JointOut, damping};
 use crate::dual_moves::{Track, Tracks};
 use crate::dual_ports::{DualArmOut, DualArmParams, DualProgress};
 use crate::moves::{Reference, short};
-use crate::programme::{Follower, Met, Place};
+use crate::programme::{Follower, Met, Place, look};
 use crate::tracking::{Now, norm};
 use linkwork_embedded::Balance;
 use linkwork_runtime::prelude::*;
@@ -31,6 +31,16 @@ struct Step {
     duration: f64,
     squeeze: f64,
     arrive: bool,
+}
+
+impl Step {
+    /// The touches that it waits for: of each hand, or of what both hold.
+    fn touches(&self) -> [Option<f64>; 2] {
+        match &self.tracks {
+            Tracks::Apart(t) => [t[0].touch, t[1].touch],
+            Tracks::Together(t, _) => [t.touch, None],
+        }
+    }
 }
 
 /// Two arms that carry out moves.
@@ -107,7 +117,7 @@ impl DualArmController {
             Hand { at: "left_tip", tip: &p.left_tip, tool: p.left_tool },
             Hand { at: "right_tip", tip: &p.right_tip, tool: p.right_tool },
         ];
-        Arm::new(&p.robot, &p.base, &hands, &p.armature, &p.loads, p.gravity)
+        Arm::new((&p.robot, p.inertia_check), &p.base, &hands, &p.armature, &p.loads, p.gravity)
     }
 
     fn step(&self, d: &DualProgress) -> &Step {
@@ -143,7 +153,7 @@ impl DualArmController {
         let wanted = |track: &Track, from: Pose, X: Pose| match (d.begun, d.done || d.failed) {
             (false, _) => Reference::still(X),
             (true, true) => Reference::still(from),
-            (true, false) => track.path.at(&from, d.elapsed),
+            (true, false) => track.seen(&d.seen).at(&from, d.elapsed),
         };
         match &self.step(d).tracks {
             Tracks::Apart(tracks) => Moving::Apart([0, 1].map(|k| {
@@ -363,6 +373,7 @@ impl SizedModel for DualArmController {
             in_left_rotation: R,
             in_right: p,
             in_right_rotation: R,
+            seen: p,
         }
         .put(d);
     }
@@ -426,11 +437,13 @@ impl SizedModel for DualArmController {
                 duration: step.duration,
                 near: error <= self.p.tolerance && error_angle <= self.p.tolerance_angle,
                 arrive: step.arrive,
+                waits: step.touches() != [None; 2],
                 ended: felt,
             };
             let DualProgress { begun, index, elapsed, done, failed, .. } = p;
             let mut place = Place { begun, index, elapsed, done, failed };
             if place.sample(&met, self.steps.len(), self.p.patience, c.dt) {
+                p.seen = look(c, self.p.work_noise);
                 match &moving {
                     Moving::Apart(now) => p.set_tips([0, 1].map(|k| now[k].wanted.X)),
                     Moving::Together(now) => {
@@ -459,10 +472,7 @@ impl SizedModel for DualArmController {
 impl DualArmController {
     /// Whether something compliant pushes harder than the touch that it waits for.
     fn felt(&self, step: &Step, m: &mut Memory, (tips, moving): (&[Tip; 2], &Moving)) -> bool {
-        let waits = match &step.tracks {
-            Tracks::Apart(t) => [t[0].touch, t[1].touch],
-            Tracks::Together(t, _) => [t.touch, None],
-        };
+        let waits = step.touches();
         if waits == [None; 2] {
             return false;
         }

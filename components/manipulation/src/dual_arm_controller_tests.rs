@@ -1,6 +1,6 @@
 //! Tests of the controller of two arms: statics of what both hold, closed loop of both hands apart, refusals.
 use super::*;
-use crate::arm::{Load, RobotFile};
+use crate::arm::{InertiaCheck, Load, RobotFile};
 use crate::dual_moves::{DualMove, Way};
 use linkwork_embedded::Robot;
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
@@ -54,6 +54,7 @@ fn params(moves: Vec<DualMove>) -> DualArmParams {
     };
     DualArmParams {
         robot: RobotFile::new("dual_six_axis.urdf", &urdf()),
+        inertia_check: InertiaCheck::Warn,
         base: "world".into(),
         left_tip: "left_tool".into(),
         right_tip: "right_tool".into(),
@@ -64,6 +65,7 @@ fn params(moves: Vec<DualMove>) -> DualArmParams {
         loads: vec![load("beam", LOAD), load("cup", 0.5)],
         work_position: Vec3::zeros(),
         work_rpy: Vec3::zeros(),
+        work_noise: 0.0,
         gravity: Vec3::new(0.0, 0.0, -9.80665),
         bandwidth: 30.0,
         friction: 0.6,

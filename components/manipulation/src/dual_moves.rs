@@ -32,7 +32,8 @@ pub struct Way {
     /// Stiffness, N/m and N m/rad: it gives way as a spring with its damper. Unwritten: it tracks its pose, whatever the force.
     #[param(default = None)]
     pub stiffness: Option<[f64; 2]>,
-    /// The move ends as soon as that spring, with its damper, pushes with more than this; for a way with `stiffness`.
+    /// The move ends as soon as that spring, with its damper, pushes with more than this, and fails when nothing is felt; for a way
+    /// with `stiffness`.
     #[param(unit = "N", default = None, range = 1e-6..)]
     pub touch: Option<f64>,
     /// The load that is held; unwritten: none.
@@ -84,6 +85,14 @@ pub struct Track {
     pub load: Option<usize>,
     /// The gripper is to be closed.
     pub grip: bool,
+}
+
+impl Track {
+    /// The same where the work is seen so far beside; see [`Path::seen`].
+    #[must_use]
+    pub fn seen(&self, beside: &Vec3) -> Path {
+        self.path.seen(beside)
+    }
 }
 
 /// What moves in a move.

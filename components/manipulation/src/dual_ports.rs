@@ -1,6 +1,6 @@
 //! What the controller of two arms is told, tells and remembers: parameters, outputs, state.
 
-use crate::arm::{Load, RobotFile};
+use crate::arm::{InertiaCheck, Load, RobotFile};
 use crate::dual_moves::DualMove;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
@@ -10,6 +10,9 @@ use linkwork_spatial::Pose;
 pub struct DualArmParams {
     /// Description of the robot as the controller believes it to be; masses and limits of its joints come from there.
     pub robot: RobotFile,
+    /// Moments of inertia in it that no body has: `Warn` reads them with a warning, `Physical` refuses them.
+    #[param(default = InertiaCheck::Warn)]
+    pub inertia_check: InertiaCheck,
     /// Link that carries both arms, or `world`: the base.
     #[param(default = "world".to_string())]
     pub base: String,
@@ -38,6 +41,9 @@ pub struct DualArmParams {
     /// Roll, pitch, yaw of the work in the base.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub work_rpy: Vec3,
+    /// Standard deviation, on each axis, of where the work is seen about `work_position`: it is looked at anew when a move begins.
+    #[param(unit = "m", default = 0.0, range = 0.0..)]
+    pub work_noise: f64,
     /// Free fall in the base's axes.
     #[param(unit = "m/s^2", default = Vec3::new(0.0, 0.0, -9.80665))]
     pub gravity: Vec3,
@@ -83,7 +89,7 @@ pub struct DualArmOut {
     /// All moves are done.
     #[port("1")]
     pub done: bool,
-    /// A move did not arrive; the arms stay where they were to be.
+    /// A move did not arrive, or not feel what it was to; the arms stay where they were to be.
     #[port("1")]
     pub failed: bool,
     /// The tips cannot move independently here.
@@ -169,6 +175,9 @@ pub struct DualProgress {
     /// How it is turned there.
     #[port("1")]
     pub in_right_rotation: Quat,
+    /// How far beside `work_position` the work was seen when the move began, base axes.
+    #[port("m")]
+    pub seen: Vec3,
 }
 
 impl DualProgress {

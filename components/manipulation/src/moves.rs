@@ -58,10 +58,11 @@ pub struct Move {
     /// fed into its work. Unwritten: it acts along all.
     #[param(default = None)]
     pub feed: Option<Vec3>,
-    /// The move ends as soon as the tip has gone this far along `feed`.
+    /// The move ends as soon as the tip has gone this far along `feed`, and fails when it does not come so far.
     #[param(unit = "m", default = None, range = 1e-9..)]
     pub depth: Option<f64>,
-    /// The move ends as soon as that spring, with its damper, pushes with more than this; for moves with `stiffness`.
+    /// The move ends as soon as that spring, with its damper, pushes with more than this, and fails when it feels nothing; for moves
+    /// with `stiffness`.
     #[param(unit = "N", default = None, range = 1e-6..)]
     pub touch: Option<f64>,
     /// The load that the hand holds during the move; unwritten: none.
@@ -70,7 +71,7 @@ pub struct Move {
     /// The gripper is told to be closed.
     #[param(default = false)]
     pub grip: bool,
-    /// The tip has to arrive before the next move; false: the duration alone counts.
+    /// The tip has to arrive before the next move; false: the duration alone counts, but for a `touch` or a `depth`.
     #[param(default = true)]
     pub arrive: bool,
 }
@@ -120,6 +121,8 @@ pub struct Path {
     /// Angle, axis, point.
     arc: Option<(f64, Vec3, Vec3)>,
     duration: f64,
+    /// In which frame its places are written.
+    frame: Written,
     /// What the tip pushes with: moment, force, base axes.
     pub push: [Vec3; 2],
     /// Unit vector along which no spring acts, base axes.
@@ -172,9 +175,22 @@ impl Path {
             rotation,
             arc,
             duration: m.duration,
+            frame: m.frame,
             push: [X.rotation * m.moment, X.rotation * m.force],
             feed: m.feed.map(|n| X.rotation * n.normalize()),
         })
+    }
+
+    /// The same where the work is seen so far beside where it was believed to be (m, base axes): what is written in its
+    /// frame goes along.
+    #[must_use]
+    pub fn seen(&self, beside: &Vec3) -> Self {
+        let mut new = self.clone();
+        if self.frame == Written::Work {
+            new.position = self.position.map(|p| p + beside);
+            new.arc = self.arc.map(|(angle, n, c)| (angle, n, c + beside));
+        }
+        new
     }
 
     /// The wanted pose `t` s after the start at `from`.
@@ -273,6 +289,26 @@ mod tests {
         }
         let turned = path.at(&start(), 2.0).X.rotation * start().rotation.inverse();
         assert!((short(turned) - Vec3::z() * -1.2).norm() < 1e-12);
+    }
+
+    /// What is seen beside where it was believed takes along what is written in its frame, and nothing else.
+    #[test]
+    fn what_is_seen_beside_takes_its_moves_along() {
+        let (p, beside) = (Vec3::new(0.3, 0.2, 0.1), Vec3::new(1e-3, -2e-3, 3e-3));
+        let end = |m: &Move| {
+            let path = Path::new(m, &Pose::identity()).unwrap().seen(&beside);
+            differentiates(&path);
+            path.at(&start(), 2.0).X.position
+        };
+        let line = Move { position: Some(p), frame: Written::Work, ..plain("line") };
+        assert!((end(&line) - p - beside).norm() < 1e-15);
+        assert!((end(&Move { frame: Written::Base, ..line }) - p).norm() < 1e-15);
+        let half = Some(std::f64::consts::PI);
+        let arc = Move { turn: half, axis_point: p, frame: Written::Work, ..plain("arc") };
+        let across = 2.0 * (p + beside) - start().position;
+        assert!((end(&arc) - across).xy().norm() < 1e-14);
+        let nowhere = Move { frame: Written::Work, ..plain("stay") };
+        assert!((end(&nowhere) - start().position).norm() < 1e-15);
     }
 
     /// A move that is written in the work's frame goes along with it.

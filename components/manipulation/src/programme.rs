@@ -2,8 +2,8 @@
 
 use crate::arm::Arm;
 use linkwork_embedded::{Effort, Frame, Goal, Outcome, Robot, RobotError};
-use linkwork_runtime::prelude::BuildError;
-use linkwork_spatial::Pose;
+use linkwork_runtime::prelude::{BuildError, Clock};
+use linkwork_spatial::{Pose, Vec3};
 
 /// Where a programme is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,8 @@ pub struct Met {
     pub near: bool,
     /// The move waits until it is.
     pub arrive: bool,
+    /// The move ends by a touch or at a depth, not by its duration.
+    pub waits: bool,
     /// A touch was felt, or a depth reached.
     pub ended: bool,
 }
@@ -43,7 +45,7 @@ impl Place {
             (self.begun, self.elapsed) = (true, dt);
         } else if self.done || self.failed {
             return false;
-        } else if met.ended || (over >= 0.0 && (met.near || !met.arrive)) {
+        } else if met.ended || (over >= 0.0 && !met.waits && (met.near || !met.arrive)) {
             if (self.index as usize) + 1 < moves {
                 (self.index, self.elapsed) = (self.index + 1.0, dt);
             } else {
@@ -56,6 +58,16 @@ impl Place {
             return false;
         }
         true
+    }
+}
+
+/// Where the work is seen, beside where it is believed to stand (m, on each axis): white noise of a standard deviation, drawn from the clock's
+/// generator. A stand-in for a camera that looks at the work when a move begins.
+#[must_use]
+pub fn look(c: &Clock, sigma: f64) -> Vec3 {
+    match sigma > 0.0 {
+        true => Vec3::new(c.normal(0), c.normal(1), c.normal(2)) * sigma,
+        false => Vec3::zeros(),
     }
 }
 

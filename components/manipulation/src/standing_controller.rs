@@ -88,7 +88,7 @@ struct Seen {
 
 fn legs_of(p: &StandingParams) -> Result<(Arc<RobotModel>, Vec<Leg>), BuildError> {
     let fault = |e: &dyn std::fmt::Display, at: &str| BuildError::new(e.to_string()).at(at);
-    let d = p.robot.read(Root::Free)?;
+    let d = p.robot.read(Root::Free, p.inertia_check)?;
     let mut spec = ModelSpec::from_description(&d).map_err(|e| fault(&e, "robot"))?;
     if !(3..=FEET_MAX).contains(&p.feet.len()) {
         let fact = format!("{} feet: a machine stands on 3 to {FEET_MAX}", p.feet.len());
@@ -103,6 +103,15 @@ fn legs_of(p: &StandingParams) -> Result<(Arc<RobotModel>, Vec<Leg>), BuildError
     if let Some(bad) = p.armature.iter().find(|a| !(a.is_finite() && **a >= 0.0)) {
         let fact = format!("an inertia of {bad} kg m²");
         return Err(BuildError::new(fact).help("0 or more").at("armature"));
+    }
+    if let Some(mass) = p.trunk_mass {
+        let trunk = spec.mechanism.bodies_mut().iter_mut().find(|b| b.name == p.trunk);
+        let Some(trunk) = trunk.filter(|b| b.mass.mass > 0.0) else {
+            let fact = format!("`{}` is no link with a mass", p.trunk);
+            return Err(BuildError::new(fact).help("name the trunk's link").at("trunk"));
+        };
+        trunk.mass.inertia_com *= mass / trunk.mass.mass;
+        trunk.mass.mass = mass;
     }
     for (k, foot) in p.feet.iter().enumerate() {
         spec.parts.push(PartSpec::chain(&format!("leg {k}"), &p.trunk, foot));

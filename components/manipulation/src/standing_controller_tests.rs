@@ -1,6 +1,6 @@
 //! Tests of the standing controller: what it sees, what its feet do, refusals.
 use super::*;
-use crate::arm::RobotFile;
+use crate::arm::{InertiaCheck, RobotFile};
 
 const LEGS: usize = 4;
 const WEIGHT: f64 = 2.6 * 9.80665;
@@ -13,7 +13,9 @@ fn urdf() -> String {
 fn params() -> StandingParams {
     StandingParams {
         robot: RobotFile::new("quadruped.urdf", &urdf()),
+        inertia_check: InertiaCheck::Warn,
         trunk: "trunk".into(),
+        trunk_mass: None,
         feet: ["lf_foot", "rf_foot", "rh_foot", "lh_foot"].map(String::from).to_vec(),
         armature: vec![1e-3; 12],
         height: 0.22,

@@ -1,6 +1,6 @@
 //! What the controller of a legged machine is told, sees, tells and remembers: parameters, inputs, outputs, state.
 
-use crate::arm::RobotFile;
+use crate::arm::{InertiaCheck, RobotFile};
 use linkwork_runtime::prelude::*;
 
 /// The machine, and how it stands.
@@ -8,8 +8,14 @@ use linkwork_runtime::prelude::*;
 pub struct StandingParams {
     /// Description of the machine as the controller believes it to be; masses and limits of its joints come from there.
     pub robot: RobotFile,
+    /// Moments of inertia in it that no body has: `Warn` reads them with a warning, `Physical` refuses them.
+    #[param(default = InertiaCheck::Warn)]
+    pub inertia_check: InertiaCheck,
     /// Link of the trunk, which floats.
     pub trunk: String,
+    /// What the trunk is believed to weigh, its moments of inertia in proportion; unwritten: what the description says.
+    #[param(unit = "kg", default = None, range = 1e-6..)]
+    pub trunk_mass: Option<f64>,
     /// Links whose origins are the points of the feet, around the machine; each ends a leg of three joints.
     pub feet: Vec<String>,
     /// Inertia of each joint's rotor seen at the joint, leg by leg, trunk to foot; unwritten: zeros.

@@ -36,8 +36,8 @@ pub use body::stl::read as stl_corners;
 pub use expand::tree::{TreeKind, TreeNode};
 pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
 pub use form::settings::{
-    AroundForm, ArrowForm, Figure, LineForm, LogRule, PlaceForm, Plot, PlumeForm, Settings, Take,
-    ViewForm,
+    AroundForm, ArrowForm, Figure, FigureOf, LineForm, LogRule, PlaceForm, Plot, PlumeForm,
+    Settings, Take, ViewForm,
 };
 pub use linkwork_runtime::Value;
 pub use load::{

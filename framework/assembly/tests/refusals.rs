@@ -143,6 +143,17 @@ fn wrong_kinds_of_values() {
             "`metre` is not a unit",
         ],
     );
+    refused(
+        &sim(
+            "parts: {}, figures: { \"a\": (take: last), \"b\": (of: \"x\", when: \"x > 1\"), \"c\": (when: \"x > 1\", unit: \"m\") }",
+        ),
+        &[
+            "figure `a`: it is of nothing",
+            "figure `b`: it is of a variable and of a condition",
+            "figure `c`: a condition has no unit",
+            "help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
+        ],
+    );
 }
 
 #[test]

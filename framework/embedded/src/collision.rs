@@ -34,6 +34,8 @@ pub(crate) struct Scene {
     /// Bodies that a hinge joins pass each other.
     pub pass: bool,
     bounds: Vec<(f64, f64)>,
+    /// By body: the one inward, and how far its origin may be from that one's, m.
+    steps: Vec<(Option<BodyId>, f64)>,
     nv: usize,
 }
 
@@ -78,8 +80,56 @@ impl Scene {
             carriers.iter().map(meets).collect()
         });
         let meets_held = meets_held.collect();
-        let (bounds, nv) = (bounds(mbs), mbs.nv());
-        Ok(Self { colliders, bodies, carriers, meets_held, pass, bounds, nv })
+        let (bounds, steps, nv) = (bounds(mbs), steps(mbs), mbs.nv());
+        let scene = Self { colliders, bodies, carriers, meets_held, pass, bounds, steps, nv };
+        scene.never_free()?;
+        Ok(scene)
+    }
+
+    /// Refuses padding with which two touch wherever the robot is.
+    fn never_free(&self) -> Result<(), ModelError> {
+        let all = &self.colliders;
+        let mut faults = Vec::new();
+        for a in all.ids() {
+            for b in all.ids().filter(|b| *b > a && all.meet(a, *b)) {
+                let padding = [a, b].map(|i| all.spec(i).padding);
+                let own = [a, b].map(|i| all.extent(i) - all.spec(i).padding);
+                let most = self.apart(a, b, own);
+                if padding[0] + padding[1] >= most {
+                    let [name, other] = [a, b].map(|i| all.spec(i).name.as_str());
+                    let all = padding[0] + padding[1];
+                    faults.push(ModelFault::Padding {
+                        name: name.into(),
+                        other: other.into(),
+                        all,
+                        most,
+                    });
+                }
+            }
+        }
+        if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
+    }
+
+    /// Greatest distance that two colliders may have at any configuration, at most, m; infinite where nothing bounds it. `far`: of the farthest
+    /// point of each from its body's origin.
+    pub fn apart(&self, a: ColliderId, b: ColliderId, far: [f64; 2]) -> f64 {
+        let ends = [a, b].map(|i| match self.carriers[i.index()] {
+            _ if self.endless(i) => None,
+            Carrier::World => Some(None),
+            Carrier::Body(body) => Some(Some(body)),
+            Carrier::Object(_) | Carrier::Linked(..) => None,
+        });
+        let [Some(mut x), Some(mut y)] = ends else { return f64::INFINITY };
+        let mut way = far[0] + far[1];
+        // Bodies come after those that carry them: the later one steps inward.
+        while x != y {
+            let last = if x > y { &mut x } else { &mut y };
+            let Some(body) = *last else { break };
+            let (parent, step) = self.steps[body.index()];
+            way += step;
+            *last = parent;
+        }
+        way
     }
 
     /// Whether a collider has no end.
@@ -140,6 +190,27 @@ fn bounds(mbs: &Multibody) -> Vec<(f64, f64)> {
         }
     }
     out
+}
+
+/// For each body the one inward, and how far its origin may be from that one's, m.
+fn steps(mbs: &Multibody) -> Vec<(Option<BodyId>, f64)> {
+    use linkwork_multibody::SubhingeKind as Kind;
+    let of = |id: BodyId| {
+        let b = mbs.get(id);
+        let mut step = b.hinge_in_body().position.norm() + b.hinge_in_parent().position.norm();
+        for s in b.subhinges() {
+            let l = s.subhinge.limits;
+            let travel = l.lower.abs().max(l.upper.abs());
+            step += match s.subhinge.kind {
+                Kind::Slider { .. } => travel,
+                Kind::Screw { pitch, .. } => travel * pitch.abs(),
+                Kind::Free => f64::INFINITY,
+                Kind::Pin { .. } | Kind::Ball | Kind::Locked => 0.0,
+            };
+        }
+        (b.parent(), step)
+    };
+    mbs.body_ids().map(of).collect()
 }
 
 /// The body of an object that has this name.

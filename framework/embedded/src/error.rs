@@ -73,6 +73,21 @@ pub enum ModelFault {
         /// What to do.
         help: &'static str,
     },
+    /// Padding with which two shapes touch at every configuration.
+    #[error(
+        "shapes `{name}` and `{other}` are never more than {most:.4} m apart, and are padded by {all:.4} m: they touch at every configuration\n  \
+         help: less padding, or a rule by which they do not meet"
+    )]
+    Padding {
+        /// One shape.
+        name: String,
+        /// The other.
+        other: String,
+        /// Padding of both, m.
+        all: f64,
+        /// How far apart they are at the most, m.
+        most: f64,
+    },
     /// Mass properties that no body has.
     #[error("object `{object}`: {text}")]
     Inertia {
@@ -270,6 +285,21 @@ pub enum RobotError {
         position: f64,
         /// rad.
         orientation: f64,
+    },
+    /// Padding with which two colliders touch at every configuration.
+    #[error(
+        "colliders {a} and {b} are never more than {most} m apart, and would be padded by {padding} m: they would touch at every configuration\n  help: \
+         less padding, or `look_at` to let them pass"
+    )]
+    NeverFree {
+        /// One collider.
+        a: usize,
+        /// The other.
+        b: usize,
+        /// Padding of both, m.
+        padding: f64,
+        /// How far apart they are at the most, m.
+        most: f64,
     },
     /// Points or cells that a collider cannot have.
     #[error(transparent)]

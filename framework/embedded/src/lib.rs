@@ -12,7 +12,7 @@
 //! Files with masses that no body has are read; `RobotModel::doubtful` warns of them, with link and numbers (`Unphysical::Refused` refuses them).
 //!
 //! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. Obstacles are shapes, or what sensors see while the
-//! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). A [`Planner`] finds free ways between configurations.
+//! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). What loops of two hands, or of a key in a lock, leave is [`Robot::closure`]. A [`Planner`] finds free ways between configurations.
 //!
 //! [`Robot::reach`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once
 //! ([`RobotModel::closed_form`], [`Robot::reach_all`]). [`WholeReach`] searches for one in which several tips are where they are to be at once, in the world or in
@@ -92,9 +92,10 @@ pub use model::{Closures, ModelSpec, Object, ObjectSpec, RobotModel, colliders_o
 pub use part::{Part, PartSpec};
 pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{
-    Aim, Answer, Balance, Balanced, Best, Effort, Frame, Friction, Grasp, Gripped, Guards,
-    HandWeights, Hold, Impedance, MotionLimits, MotionState, MoveSqueeze, Outcome, Path,
-    PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search, Shared, TaskSpace,
-    Timed, Timing, TipGoal, Touch, Transfer, Transferred, Way, WholeBody, WholeReach, Wish,
+    Aim, Answer, Balance, Balanced, Best, Closing, ClosureRank, Effort, Frame, Friction, Grasp,
+    Gripped, Guards, HandWeights, Hold, Impedance, MotionLimits, MotionState, MoveSqueeze, Outcome,
+    Path, PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search, Shared,
+    TaskSpace, Timed, Timing, TipGoal, Touch, Transfer, Transferred, Way, WholeBody, WholeReach,
+    Wish,
 };
 pub use support::{support_margin, support_polygon};

@@ -89,7 +89,10 @@ impl ModelSpec {
     }
 
     fn of(d: &Description) -> Self {
-        let joints = d.joints.iter().filter_map(|j| Some((j.name.clone(), d.coordinate(&j.name)?)));
+        // By the joints themselves: looking each up by its name would take the square of their number.
+        let joints = d.joints.iter().filter(|j| j.count == 1).map(|j| {
+            (j.name.clone(), HingeCoordinate { body: j.body.clone(), subhinge: j.subhinge })
+        });
         Self {
             mechanism: d.builder.clone(),
             joints: joints.collect(),

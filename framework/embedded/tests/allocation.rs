@@ -5,6 +5,65 @@ use linkwork_embedded::spatial::Pose;
 use linkwork_embedded::*;
 use std::hint::black_box;
 
+/// The two-armed robot with things to hold, a tool with a jaw, and shapes.
+fn trimmers(mass: spatial::MassProperties) -> Option<std::sync::Arc<RobotModel>> {
+    let json = reference("robodarts/dual_ur5_collisions.json")?;
+    let d = formats::read_file(file("robodarts/dual_ur5.urdf"), &options()).unwrap();
+    let srdf = formats::read_srdf(DUAL, &formats::ReadOptions::default()).unwrap();
+    let mut spec = ModelSpec::from_description(&d).unwrap().groups(&srdf, &d).unwrap();
+    (spec.colliders, spec.rules) = scene(&json);
+    let object = |name: &str| ObjectSpec { name: name.into(), mass };
+    spec.objects = ["beam", "cup", "tool"].map(object).to_vec();
+    let hinge = multibody::Hinge::pin(spatial::Vec3::z());
+    spec.linkages.body(multibody::BodySpec::new("jaw", "tool").hinge(hinge).mass(mass));
+    Some(RobotModel::new(&spec).unwrap())
+}
+
+/// Every public call of a robot, and of what lends memory to it, is measured by one of the tests of memory: a new one has to come in here.
+#[test]
+fn every_public_call_is_measured() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: std::path::PathBuf| std::fs::read_to_string(path).unwrap();
+    let tests = std::fs::read_dir(folder.join("tests")).unwrap();
+    let tests: String = tests
+        .filter_map(|f| Some(f.ok()?.path()).filter(|p| p.extension().is_some_and(|e| e == "rs")))
+        .map(read)
+        .collect();
+    // What stands in blocks that are measured, to the line that looks at the count.
+    let measured: String = tests
+        .split("allocation_counter::measure(")
+        .skip(1)
+        .filter_map(|rest| rest.split("counted.count_total").next())
+        .collect();
+    let mut calls = Vec::new();
+    let sources = ["src/robot", "src/robot/timing"].map(|f| std::fs::read_dir(folder.join(f)));
+    for file in sources.into_iter().flat_map(Result::unwrap) {
+        let path = file.unwrap().path();
+        // Memory inside of timings is not public.
+        let inner = ["path.rs", "section.rs"].map(|n| folder.join("src/robot/timing").join(n));
+        if path.extension().is_none_or(|e| e != "rs") || inner.contains(&path) {
+            continue;
+        }
+        let text = read(path);
+        for rest in text.split("    pub fn ").skip(1) {
+            let name: String =
+                rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            let takes: String = rest.split(')').next().unwrap_or("").split_whitespace().collect();
+            if ["(&self", "(&mutself"].iter().any(|s| takes.contains(s)) {
+                calls.push(name);
+            }
+        }
+    }
+    assert!(calls.len() > 70, "{calls:?}");
+    let missing: Vec<&String> = calls
+        .iter()
+        .filter(|c| !measured.contains(&format!(".{c}(")))
+        // The model and the numbers of a memory are read from it.
+        .filter(|c| !["model", "mul", "fork"].contains(&c.as_str()))
+        .collect();
+    assert!(missing.is_empty(), "no test of memory calls {missing:?}");
+}
+
 #[test]
 fn no_call_allocates_after_set_up() {
     let mass = spatial::MassProperties::new(8.0, spatial::Vec3::zeros(), spatial::Mat3::identity());
@@ -150,4 +209,193 @@ fn no_call_allocates_after_set_up() {
         robot.put(beam, Pose::identity()).unwrap();
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
+}
+
+/// Every call that may say no, saying no.
+#[test]
+fn no_error_allocates() {
+    let mass = spatial::MassProperties::new(2.0, spatial::Vec3::zeros(), spatial::Mat3::identity());
+    let Some(model) = trimmers(mass) else { return };
+    let [beam, cup, tool] = ["beam", "cup", "tool"].map(|o| model.object(o).unwrap());
+    let [left, right, gripper] = ["left", "right", "left_gripper"].map(|p| model.part(p).unwrap());
+    let mut robot = Robot::new(&model);
+    let (nq, nv) = (model.nq(), model.nv());
+    let q = model.multibody().neutral_q();
+    robot.set_q(&q).unwrap();
+    // A hand with the beam, both with the cup, and the tool.
+    robot.grasp(left, beam, Grasp::At(Pose::identity())).unwrap();
+    robot.grasp(left, cup, Grasp::At(Pose::identity())).unwrap();
+    robot.grasp(right, cup, Grasp::Here).unwrap();
+    let handle = model.object_body(tool, "jaw").unwrap();
+    let ids: Vec<ColliderId> = model.colliders().map(|c| c.0).collect();
+    let (tau, mut v, mut J) = (vec![0.0; nv], vec![0.0; nv], vec![0.0; 6]);
+    let (nan, short, mut to) = (vec![f64::NAN; nq], vec![0.0; nq - 1], q.clone());
+    let bad_pose = Pose::translation(f64::NAN, 0.0, 0.0);
+    let w = [spatial::Force::zero(); 2];
+    let bad = [spatial::Force::new(spatial::Vec3::repeat(f64::NAN), spatial::Vec3::zeros()); 2];
+    let flat = Friction { normal: spatial::Vec3::x(), coefficient: 0.0, radius: 0.01, most: 1.0 };
+    let good = Friction { coefficient: 0.5, ..flat };
+    let weights = HandWeights { hands: [1.0; 2], moment: 1.0 };
+    let goal = Goal::pose(Pose::identity());
+    let nowhere = Goal::position(spatial::Vec3::repeat(f64::NAN));
+    let (effort, prefer) = (Effort::default(), Prefer::centred());
+    let form = model.closed_form(left, None).unwrap();
+    let (mut all, mut some) = (vec![0.0; ClosedForm::MOST * nq], Vec::with_capacity(64));
+    let mut hits = Vec::with_capacity(64);
+    let mut space = TaskSpace::new(&robot, &[left]).unwrap();
+    let mut predictor = Predictor::new(&robot);
+    let (mut ahead, mut rates, mut P) = (q.clone(), v.clone(), vec![0.0; 4 * nv * nv]);
+    let mut control = RateControl::new(&robot, 1, 1);
+    let mut whole = WholeBody::new(&robot, 1, 1);
+    let mut planner = Planner::new(&robot, left, 4).unwrap();
+    let mut timing = Timing::new(&robot, 2, 64).unwrap();
+    let mut transfer = Transfer::new(&robot);
+    let limits = MotionLimits::of(&model);
+    let mut tips = [spatial::Motion::zero(); 2];
+    let (soft, far) = (Impedance::at(bad_pose, [20.0, 500.0], [0.1, 4.0]), 40.0);
+    let lost = Push::new(gripper, spatial::Vec3::x(), spatial::Vec3::x());
+    let touch = Touch {
+        part: gripper,
+        at: spatial::Vec3::zeros(),
+        normal: spatial::Vec3::z(),
+        friction: 0.5,
+        most: 100.0,
+    };
+    let mut forces = [spatial::Vec3::zeros(); 1];
+    let mut vdot = v.clone();
+    let wish = Wish::new(0, Aim::Posture(&tau));
+    let (nobody, wishes) = (Wish::new(0, Aim::Posture(&[])), [wish, wish]);
+    let guards = Guards { horizon: 0.1, manipulable: &[] };
+    let never = Guards { horizon: f64::NAN, manipulable: &[] };
+    let efforts = vec![10.0; nv];
+    let mut outside = q.clone();
+    let joint = model.dofs(left).unwrap()[0];
+    outside[joint] = far;
+    let state = MotionState { q: &nan, v: &v.clone(), vdot: &v.clone() };
+    let mut own = vec![0.0; nv];
+    let told = std::cell::Cell::new(0);
+    // A `no` has no memory of its own, and its words are made when it is shown.
+    let no = |e: RobotError| {
+        told.set(told.get() + 1);
+        black_box(e);
+    };
+    let (mut out, mut nans) = (vec![0.0; nv], vec![f64::NAN; nv]);
+    let counted = allocation_counter::measure(|| {
+        no(robot.set_q(&nan).unwrap_err());
+        no(robot.set_q(&short).unwrap_err());
+        no(robot.clamp(&mut own[..1]).unwrap_err());
+        no(robot.set_gravity(spatial::Vec3::repeat(f64::NAN)).unwrap_err());
+        no(robot.tip_pose(gripper).unwrap_err());
+        no(robot.base_pose(gripper).unwrap_err());
+        no(robot.jacobian(left, &mut own[..2]).unwrap_err());
+        no(robot.whole_jacobian(left, &mut own[..2]).unwrap_err());
+        no(robot.manipulability(left, Rows::All { length: 0.0 }, None).unwrap_err());
+        // Searches.
+        no(robot.reach(left, &nowhere, Frame::World, &effort, &mut to).unwrap_err());
+        no(robot.reach(left, &goal, Frame::World, &effort, &mut outside).unwrap_err());
+        no(robot.reach(gripper, &goal, Frame::World, &effort, &mut to).unwrap_err());
+        no(robot.reach_on(right, 5, &mut to).unwrap_err());
+        let best = robot.reach_best(left, &nowhere, Frame::World, &prefer, &effort, &mut to);
+        no(best.unwrap_err());
+        no(robot.reach_all(&form, &goal, Frame::World, &short, &mut all).unwrap_err());
+        no(robot.rates(left, &tips[0], &mut own[..1]).unwrap_err());
+        // Forces.
+        no(robot.gravity_forces(&mut own[..1]).unwrap_err());
+        no(robot.held_still(&[lost], &mut out).unwrap_err());
+        no(robot.feed_forward(&nan, &v, &[], &mut out).unwrap_err());
+        no(robot.bias(&v, &[gripper], &mut out, &mut tips[..1]).unwrap_err());
+        no(robot.mass_matrix(&mut own[..1]).unwrap_err());
+        no(robot.momentum(&nan).unwrap_err());
+        no(robot.centroidal_matrix(&mut own[..1]).unwrap_err());
+        // Hands.
+        no(robot.grasp(left, beam, Grasp::Here).unwrap_err());
+        no(robot.grasp(right, beam, Grasp::At(Pose::identity())).unwrap_err());
+        no(robot.grasp(gripper, tool, Grasp::Here).unwrap_err());
+        no(robot.grasp(left, tool, Grasp::At(bad_pose)).unwrap_err());
+        no(robot.update_grasp(right, beam, Pose::identity()).unwrap_err());
+        no(robot.update_grasp(left, tool, Pose::identity()).unwrap_err());
+        no(robot.release(right, beam).unwrap_err());
+        no(robot.release(left, tool).unwrap_err());
+        no(robot.ungrasp(tool).unwrap_err());
+        no(robot.put(beam, Pose::identity()).unwrap_err());
+        no(robot.put(tool, bad_pose).unwrap_err());
+        no(robot.set_object_q(beam, &[]).unwrap_err());
+        no(robot.set_object_q(tool, &[f64::NAN]).unwrap_err());
+        no(robot.object_body_pose(beam, handle).unwrap_err());
+        no(robot.object_jacobian(beam, handle, &mut J).unwrap_err());
+        no(robot.object_jacobian(tool, handle, &mut J[..1]).unwrap_err());
+        no(robot.closure(Closing::Hands(beam)).unwrap_err());
+        let onto = |free| Closing::Onto { hand: left, object: tool, body: handle, free };
+        no(robot.closure(onto(&[])).unwrap_err());
+        robot.closure(onto(&[true])).unwrap();
+        robot.closure(Closing::Hands(cup)).unwrap();
+        robot.object_jacobian(tool, handle, &mut J).unwrap();
+        let (rest, turning) = ((&v[..], &v[..]), (&J[..1], &J[..1]));
+        let asked = robot.feed_forward_with(rest, tool, turning, &[], &mut out, &mut own[..1]);
+        no(asked.unwrap_err());
+        no(robot.mass_matrix_with(tool, &mut own[..1]).unwrap_err());
+        for object in [tool, beam] {
+            // In no hand; in one.
+            no(robot.balance(object, Balance::Equal, &mut out).unwrap_err());
+            no(robot.squeeze(object, 10.0, &mut out).unwrap_err());
+            no(robot.exert(object, &w, &mut out).unwrap_err());
+            no(robot.grip(object, &w, &[good; 2]).unwrap_err());
+            no(robot.move_squeeze(object, &w, &weights).unwrap_err());
+        }
+        no(robot.balance(cup, Balance::Equal, &mut own[..1]).unwrap_err());
+        no(robot.balance(cup, Balance::Equal, &mut nans).unwrap_err());
+        no(robot.squeeze(cup, f64::NAN, &mut out).unwrap_err());
+        no(robot.exert(cup, &bad, &mut out).unwrap_err());
+        no(robot.grip(cup, &bad, &[good; 2]).unwrap_err());
+        no(robot.grip(cup, &w, &[flat; 2]).unwrap_err());
+        let none = HandWeights { moment: 0.0, ..weights };
+        no(robot.move_squeeze(cup, &w, &none).unwrap_err());
+        // Collisions.
+        no(robot.collides(&short).unwrap_err());
+        no(robot.first_hit(&nan).unwrap_err());
+        no(robot.hits(&nan, &mut hits).unwrap_err());
+        no(robot.clearance(&q, f64::NAN).unwrap_err());
+        no(robot.distances(&q, f64::NAN, &mut some).unwrap_err());
+        no(robot.distance(&nan, ids[0], ids[1]).unwrap_err());
+        no(robot.path_free(&q, &q, 0.0).unwrap_err());
+        let mut progress = PathProgress::default();
+        no(robot.path_free_on(&q, &nan, 1e-2, &mut progress, 1).unwrap_err());
+        no(robot.pad(ids[0], -1.0).unwrap_err());
+        no(robot.set_points(ids[0], &[]).unwrap_err());
+        no(robot.set_cells(ids[0], &[], Occupancy::Free).unwrap_err());
+        no(robot.clear_cells(ids[0]).unwrap_err());
+        no(robot.cell(ids[0], [0; 3]).unwrap_err());
+        no(robot.count(ids[0]).unwrap_err());
+        // Tools with memory of their own.
+        no(space.inertia(&mut robot, &mut own[..1]).unwrap_err());
+        no(space.forces(&mut robot, &v, &own[..1], None, &mut out).unwrap_err());
+        no(space.impedance(&mut robot, &v, &[soft], None, &mut out).unwrap_err());
+        let known = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
+        no(robot.predict(&mut predictor, known, &v, &[], 1e-3).unwrap_err());
+        no(control.solve(&mut robot, &wishes, &guards, &mut v, &mut J[..1]).unwrap_err());
+        no(control.solve(&mut robot, &[nobody], &guards, &mut v, &mut J[..1]).unwrap_err());
+        no(control.solve(&mut robot, &[wish], &never, &mut v, &mut J[..1]).unwrap_err());
+        no(control.solve(&mut robot, &[wish], &guards, &mut v, &mut []).unwrap_err());
+        for (touches, wishes, efforts) in [
+            (&[touch][..], &[wish][..], &efforts[..]),
+            (&[touch; 2], &[wish], &efforts),
+            (&[], &wishes, &efforts),
+            (&[], &[nobody], &efforts),
+            (&[], &[wish], &efforts[..1]),
+        ] {
+            let n = touches.len().min(1);
+            let found = (&mut out[..], &mut vdot[..], &mut forces[..n]);
+            no(whole.solve(&mut robot, &v, touches, wishes, efforts, found).unwrap_err());
+        }
+        no(planner.plan(&mut robot, &q, &nan, &Search::default()).unwrap_err());
+        no(planner.plan(&mut robot, &outside, &q, &Search::default()).unwrap_err());
+        no(timing.plan(&mut robot, &short, &limits, 0.0).unwrap_err());
+        no(timing.at(0.0, &mut to, &mut v, &mut vdot).unwrap_err());
+        no(timing.place(f64::NAN, &mut to).unwrap_err());
+        no(transfer.plan(&state, &state, &limits).unwrap_err());
+        black_box((timing.duration(), transfer.duration()));
+        no(transfer.at(0.0, &mut to, &mut v, &mut vdot).unwrap_err());
+    });
+    assert_eq!(counted.count_total, 0, "{counted:?}");
+    assert!(told.get() > 90, "{}", told.get());
 }

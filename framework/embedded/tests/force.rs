@@ -383,22 +383,54 @@ fn both_hands_have_their_operational_space_and_tasks_their_forces() {
 #[test]
 fn a_thousand_grasps_leave_every_bit_as_it_was() {
     let Some(json) = reference("robodarts/dual_ur5_beam.json") else { return };
-    let (model, X) = beam(&json);
+    let Some(shapes) = reference("robodarts/dual_ur5_collisions.json") else { return };
+    let (_, X) = beam(&json);
+    let half = Vec3::new(0.02, 0.3, 0.02);
+    let skin = vec![ColliderSpec::new("wood", "beam", Shape::Box { half })];
+    let parts = ["left", "right"]
+        .map(|side| PartSpec::chain(side, &format!("{side}_base_link"), &format!("{side}_tcp")));
+    let load = object("beam", 8.0, Vec3::new(0.0, 0.1, 0.0), Mat3::identity() * 0.1);
+    let model = robot_in("robodarts/dual_ur5.urdf", &shapes, &parts, vec![load], skin);
     let hands = ["left", "right"].map(|p| model.part(p).unwrap());
     let beam = model.object("beam").unwrap();
     let at = places(&model, &names(&json["dof"]));
     let q = to_q(&model, &at, &numbers(&json["cases"][0]["q"]));
     let mut robot = Robot::new(&model);
+    // Padding, and what may touch what, beside the rules.
+    let id = |name: &str| model.collider(name).unwrap();
+    let [wood, palm, table] = ["wood", "left_hand", "table"].map(id);
+    for (which, padding) in [(wood, 0.004), (palm, 0.01)] {
+        robot.pad(which, padding).unwrap();
+    }
+    robot.look_at(wood, table, Some(false)).unwrap();
+    robot.look_at(palm, table, Some(false)).unwrap();
     let before_set = robot.clone();
     robot.set_q(&q).unwrap();
+    let ids: Vec<ColliderId> = model.colliders().map(|c| c.0).collect();
     let all = |robot: &mut Robot| {
         let mut out = vec![0.0; model.nv()];
         robot.gravity_forces(&mut out).unwrap();
         let mut space = TaskSpace::new(robot, &hands).unwrap();
         out.extend_from_slice(space.compliance(robot).unwrap());
+        // Who meets whom, and how far apart all pairs are, whether they meet or not, with their padding.
+        for a in &ids {
+            for b in ids.iter().filter(|b| *b > a) {
+                out.push(f64::from(u8::from(robot.looks_at(*a, *b).unwrap())));
+                let d = robot.distance(&q, *a, *b).unwrap().unwrap();
+                out.push(d.distance);
+                out.extend(d.point_a.iter().chain(d.point_b.iter()));
+            }
+        }
+        let mut hits = Vec::new();
+        robot.hits(&q, &mut hits).unwrap();
+        out.extend(hits.iter().flat_map(|h| [h.0, h.1]).map(|i| i.index() as f64));
+        let mut near = Vec::new();
+        robot.distances(&q, f64::INFINITY, &mut near).unwrap();
+        out.extend(near.iter().map(|c| c.distance.distance));
         out.iter().map(|x| x.to_bits()).collect::<Vec<u64>>()
     };
     let before = all(&mut robot);
+    let there = robot.object_pose(beam).unwrap();
     let mut rng = Rng(3);
     for k in 0..1000 {
         let grip = Pose::translation(rng.within(-0.1, 0.1), rng.within(-0.1, 0.1), 0.1);
@@ -417,12 +449,20 @@ fn a_thousand_grasps_leave_every_bit_as_it_was() {
         robot.ungrasp(beam).unwrap();
         assert_eq!(robot.object_pose(beam).unwrap(), there, "it stays in the world");
     }
+    // The object stays in the world where it was let go: back to where it was, all is as it was.
+    robot.put(beam, there).unwrap();
     assert_eq!(all(&mut robot), before);
     // An instance made before has noticed nothing, nor has one made from the model now.
     let mut old = before_set;
     old.set_q(&q).unwrap();
     assert_eq!(all(&mut old), before);
     let mut new = Robot::new(&model);
+    assert_ne!(all(&mut new), before, "padding and what may touch count");
+    for (which, padding) in [(wood, 0.004), (palm, 0.01)] {
+        new.pad(which, padding).unwrap();
+    }
+    new.look_at(wood, table, Some(false)).unwrap();
+    new.look_at(palm, table, Some(false)).unwrap();
     new.set_q(&q).unwrap();
     assert_eq!(all(&mut new), before);
 }

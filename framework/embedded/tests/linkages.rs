@@ -240,9 +240,32 @@ fn trimmers_weigh_what_the_reference_says() {
     let there = Vec3::from_column_slice(&numbers(&expect["jaw_at"]));
     assert!((jaw - there).norm() < 1e-9, "{jaw} {there}");
     // What the fingers press the handle with stays in the hand: the pin feels it, and through it the blade.
-    let grip = expect["grip_force"].as_f64().unwrap() * expect["handle_lever"].as_f64().unwrap();
-    assert!((grip - expect["pin_torque_of_grip"].as_f64().unwrap()).abs() < 1e-12);
-    assert!((grip / lever - expect["force_at_blade"].as_f64().unwrap()).abs() < 1e-10);
+    let number = |k: &str| expect[k].as_f64().unwrap();
+    let handle = model.object_body(tool, "handle_b").unwrap();
+    robot.set_object_q(tool, &[0.0]).unwrap();
+    let X_b = robot.object_body_pose(tool, handle).unwrap();
+    let mut J = [0.0; 6];
+    robot.object_jacobian(tool, handle, &mut J).unwrap();
+    let [w, v] = [0, 3].map(|k| Vec3::new(J[k], J[k + 1], J[k + 2]));
+    // Of a force across the handle, so far along it from the pin.
+    let at_pin = |z: f64, force: f64| {
+        let r = X_b.rotation * Vec3::new(0.0, 0.0, z);
+        (v + w.cross(&r)).dot(&(X_b.rotation * Vec3::x() * force))
+    };
+    let grip = at_pin(-number("handle_lever"), -number("grip_force"));
+    assert!((grip - number("pin_torque_of_grip")).abs() < 1e-12, "{grip}");
+    let blade = at_pin(lever, number("force_at_blade"));
+    assert!((blade - grip).abs() < 1e-10, "{blade}");
+    // The finger presses on the handle and back on the hand that carries it: one point, no torque of the arm.
+    let [mut gripping, mut still] = [vec![0.0; model.nv()], vec![0.0; model.nv()]];
+    let on_handle = X_b.transform_point(&Vec3::new(0.0, 0.0, -number("handle_lever")));
+    let p = robot.tip_pose(left).unwrap().inverse().transform_point(&on_handle);
+    let force = X_b.rotation * Vec3::x() * number("grip_force");
+    let pushes = [-force, force].map(|f| Push::new(left, Vec3::zeros(), f).at(p));
+    robot.held_still(&pushes, &mut gripping).unwrap();
+    robot.gravity_forces(&mut still).unwrap();
+    assert!(difference(&gripping, &still) < 1e-12);
+    robot.set_object_q(tool, &[0.5]).unwrap();
     let nv = model.nv();
     let dofs = nv + robot.object_q(tool).unwrap().len();
     assert_eq!(dofs as u64, expect["dof_after_grasp"].as_u64().unwrap());

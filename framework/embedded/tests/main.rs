@@ -2,6 +2,7 @@
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 mod allocation;
+mod bad_input;
 mod closed_form;
 mod collide;
 mod control;
@@ -10,6 +11,7 @@ mod golden;
 mod grip;
 mod kinematics;
 mod linkages;
+mod long_chains;
 mod obstacles;
 mod priorities;
 mod reach;

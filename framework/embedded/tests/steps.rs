@@ -208,13 +208,45 @@ fn key_and_door() {
     let Some(mut s) = Scene::new("key_and_door", "q_grasp", &["arm"], |b, spec| {
         let (m, h) = (number(&b["key"], "mass"), numbers(&b["key"]["half"]));
         let side = |i: usize, j: usize| m / 3.0 * (h[i] * h[i] + h[j] * h[j]);
-        spec.objects = vec![thing("key", m, &[0.0; 3], &[side(1, 2), side(0, 2), side(0, 1)])];
+        let key = thing("key", m, &[0.0; 3], &[side(1, 2), side(0, 2), side(0, 1)]);
+        spec.objects = vec![key, thing("frame", 10.0, &[0.0; 3], &[0.1; 3])];
         let half = Vec3::from_column_slice(&h);
         spec.colliders.push(ColliderSpec::new("key", "key", Shape::Box { half }));
+        // The door on its pin in the frame, and in it the cylinder of the lock.
+        for (name, parent, at) in
+            [("door", "frame", None), ("lock", "door", Some("origin_in_door"))]
+        {
+            let axis = Vec3::from_column_slice(&numbers(&b[name]["axis"]));
+            let p = at.map_or(vec![0.0; 3], |k| numbers(&b[name][k]));
+            let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity() * 0.01);
+            let body = BodySpec::new(name, parent).hinge(Hinge::pin(axis)).mass(mass);
+            spec.linkages.body(body.hinge_in_parent(Pose::translation(p[0], p[1], p[2])));
+        }
+        let half = Vec3::from_column_slice(&numbers(&b["door"]["half"]));
+        let p = numbers(&b["door"]["shape_centre"]);
+        let leaf = ColliderSpec::new("leaf", "door", Shape::Box { half });
+        spec.colliders.push(leaf.at(Pose::translation(p[0], p[1], p[2])));
+        // A key goes into its lock.
+        spec.rules.ignore.push(["key".into(), "leaf".into()]);
     }) else {
         return;
     };
-    let (arm, key) = (s.part("arm"), s.object("key"));
+    let (arm, key, frame) = (s.part("arm"), s.object("key"), s.object("frame"));
+    let p = numbers(&s.json["bodies"]["door"]["origin"]);
+    s.robot.put(frame, Pose::translation(p[0], p[1], p[2])).unwrap();
+    let begin = answers(&s.robot);
+    s.first = begin;
+    let lock = s.model.object_body(frame, "lock").unwrap();
+    let joint = |name: &str| {
+        let own = s.model.object_multibody(frame).unwrap();
+        own.get(own.body(name).unwrap()).v().start - 6
+    };
+    let [at_door, at_lock] = ["door", "lock"].map(joint);
+    let theta = |door: f64, turned: f64| {
+        let mut theta = [0.0; 2];
+        (theta[at_door], theta[at_lock]) = (door, turned);
+        theta
+    };
     let X = pose(&numbers(&s.json["bodies"]["key"]["pose_in_tip"]));
     let [grasp, turned, opened] = ["q_grasp", "q_turned", "q_opened"].map(|k| s.q(k));
     // The key lies where it lies until it is taken.
@@ -222,12 +254,35 @@ fn key_and_door() {
     s.step("approach", &approach, |r| r.set_q(&grasp).unwrap());
     let load = ["arm: forces", "arm: inertia", "key:"];
     s.step("key on the tip", &load, |r| r.grasp(arm, key, Grasp::At(X)).unwrap());
-    let moves =
+    // Closed onto the lock, and asked what that leaves and what the lock feels: nothing changes.
+    s.step("insert", &[], |r| {
+        for free in [theta(0.0, 1.0), theta(1.0, 1.0)].map(|t| t.map(|t| t > 0.5)) {
+            let onto = Closing::Onto { hand: arm, object: frame, body: lock, free: &free };
+            let closure = r.closure(onto).unwrap();
+            let moving = free.iter().filter(|f| **f).count();
+            assert_eq!(closure, ClosureRank { rows: 6, rank: 6, mobility: 4 + moving });
+        }
+        let mut J = vec![0.0; 12];
+        r.object_jacobian(frame, lock, &mut J).unwrap();
+        assert!((J[at_lock].abs() - 1.0).abs() < 1e-12, "{J:?}");
+    });
+    let arm_moves =
         ["q", "arm:", "finger", "robot and world: distances", "key: place", "key: distances"];
-    s.step("turn", &moves, |r| r.set_q(&turned).unwrap());
-    s.step("open", &moves, |r| r.set_q(&opened).unwrap());
+    let lock_turns = "frame: joints";
+    let moves = [&arm_moves[..], &[lock_turns]].concat();
+    s.step("turn", &moves, |r| {
+        r.set_q(&turned).unwrap();
+        r.set_object_q(frame, &theta(0.0, 0.5 * std::f64::consts::PI)).unwrap();
+    });
+    // The shape of the door hangs on an object: what robot and world are from it stands with theirs.
+    s.step("open", &moves, |r| {
+        r.set_q(&opened).unwrap();
+        let door = -30.0_f64.to_radians();
+        r.set_object_q(frame, &theta(door, 0.5 * std::f64::consts::PI)).unwrap();
+    });
     let left = ["arm: forces", "arm: inertia", "key: hands", "key: pairs", "key: distances"];
     s.step("the key stays", &left, |r| r.ungrasp(key).unwrap());
+    s.robot.set_object_q(frame, &[0.0; 2]).unwrap();
     s.ends(&["key"]);
 }
 
@@ -451,13 +506,51 @@ fn push_button() {
     let [button, finger] = ["button", "left_finger_a"].map(|c| s.collider(c));
     let [touch, press] = ["q_touch", "q_press"].map(|k| s.q(k));
     s.step("approach", &LEFT_MOVES, |r| r.set_q(&touch).unwrap());
-    s.step("guarded move", &[], |r| {
+    s.step("ask on the way", &[], |r| {
         let q = r.q().to_vec();
         let mut v = vec![0.0; r.model().nv()];
         r.clearance(&q, 1.0).unwrap();
         let ahead = spatial::Motion::new(Vec3::zeros(), Vec3::x());
         r.rates(left, &ahead, &mut v).unwrap();
     });
+    // From 50 mm before it, by as much as is free and no more, until nothing is: `clearance` guards.
+    let X = s.robot.tip_pose(left).unwrap();
+    let before = |x: f64| Pose::new(X.rotation, X.position - Vec3::x() * x);
+    let to = |r: &mut Robot, X: Pose| {
+        let mut q = touch.clone();
+        let answer =
+            r.reach(left, &Goal::pose(X), Frame::World, &Effort::default(), &mut q).unwrap();
+        assert_eq!(answer.outcome, Outcome::Met);
+        r.set_q(&q).unwrap();
+        q
+    };
+    s.step("back off", &LEFT_MOVES, |r| _ = to(r, before(0.05)));
+    let mut way = 0.0;
+    s.step("guarded move", &LEFT_MOVES, |r| {
+        let mut q = r.q().to_vec();
+        for k in 0.. {
+            assert!(k < 20, "it does not come to the button");
+            let nearest = r.clearance(&q, f64::INFINITY).unwrap().unwrap();
+            let free = nearest.distance.distance;
+            assert!(free > -1e-9, "it is in the button by {free} m");
+            if free < 1e-9 {
+                let met = [nearest.a, nearest.b];
+                assert!(met.contains(&button), "{met:?}");
+                break;
+            }
+            way += free;
+            q = to(r, before(0.05 - way));
+        }
+    });
+    // The face is across the way: what was free at first is what it went.
+    let held = s.robot.tip_pose(left).unwrap();
+    let finger_ahead = {
+        let q = s.robot.q().to_vec();
+        let d = s.robot.distance(&q, finger, button).unwrap().unwrap();
+        d.point_a.x.max(d.point_b.x) - held.position.x
+    };
+    assert!((held.position.x + finger_ahead - 0.77).abs() < 1e-8, "{held:?} {finger_ahead}");
+    s.step("onto its face", &LEFT_MOVES, |r| r.set_q(&touch).unwrap());
     let allowed = ["robot and world: pairs", "robot and world: distances"];
     s.step("it may touch", &allowed, |r| r.look_at(finger, button, Some(false)).unwrap());
     s.step("press", &LEFT_MOVES, |r| r.set_q(&press).unwrap());

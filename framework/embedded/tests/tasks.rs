@@ -1,6 +1,7 @@
 //! The tasks of the reference, as far as they are kinematics, loads and forces of an embedded model.
 
 use crate::support::*;
+use linkwork_embedded::multibody::{BodySpec, Hinge, Limits};
 use linkwork_embedded::spatial::{Force, MassProperties, Mat3, Motion, Pose, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
@@ -14,16 +15,21 @@ struct Task {
 }
 
 impl Task {
-    fn new(name: &str, objects: impl Fn(&Value) -> Vec<ObjectSpec>) -> Option<Self> {
+    /// The task's robot, with the objects of the task and what hangs on them.
+    fn new(name: &str, change: impl Fn(&Value, &mut ModelSpec)) -> Option<Self> {
         let json = reference("robodarts/tasks.json")?["tasks"][name].clone();
-        let objects = objects(&json["bodies"]);
-        let model = if json["robot"] == "mobile_iiwa.urdf" {
+        let at = format!("robodarts/{}", json["robot"].as_str()?);
+        let d = formats::read_file(file(&at), &options()).unwrap();
+        let mut spec = ModelSpec::from_description(&d).unwrap();
+        if json["robot"] == "mobile_iiwa.urdf" {
             // The base counts: the arm's chain begins at the world.
-            let parts = [PartSpec::chain("arm", "world", "tcp")];
-            robot("robodarts/mobile_iiwa.urdf", &parts, objects)
+            spec.parts = vec![PartSpec::chain("arm", "world", "tcp")];
         } else {
-            dual(objects)?
-        };
+            let srdf = formats::read_srdf(DUAL, &formats::ReadOptions::default()).unwrap();
+            spec = spec.groups(&srdf, &d).unwrap();
+        }
+        change(&json["bodies"], &mut spec);
+        let model = RobotModel::new(&spec).unwrap();
         let places = places(&model, &names(&json["dof"]));
         Some(Self { json, model, places })
     }
@@ -76,38 +82,44 @@ fn meets(robot: &mut Robot, part: Part, X: &Pose, start: &[f64]) {
     robot.set_q(&before).unwrap();
 }
 
-/// Columns of a tip's Jacobian about a point that moves with it.
-fn columns(robot: &mut Robot, part: Part, about: &Vec3) -> Vec<[f64; 6]> {
-    let nv = robot.model().nv();
-    let mut J = vec![0.0; 6 * nv];
-    robot.whole_jacobian(part, &mut J).unwrap();
-    let r = about - robot.tip_pose(part).unwrap().position;
+/// Velocities of a point of a body of an object, for a unit of the rate of each of its joints: [ω; v].
+fn columns(robot: &mut Robot, object: Object, body: &str, p: &Vec3) -> Vec<[Vec3; 2]> {
+    let body = robot.model().object_body(object, body).unwrap();
+    let n = robot.object_q(object).unwrap().len();
+    let mut J = vec![0.0; 6 * n];
+    robot.object_jacobian(object, body, &mut J).unwrap();
+    let r = p - robot.object_body_pose(object, body).unwrap().position;
     let column = |i: usize| {
-        let of =
-            |row: usize| Vec3::new(J[row * nv + i], J[(row + 1) * nv + i], J[(row + 2) * nv + i]);
-        let (w, v) = (of(0), of(3));
-        let v = v + w.cross(&r);
-        [w.x, w.y, w.z, v.x, v.y, v.z]
+        let of = |row: usize| Vec3::new(J[row * n + i], J[(row + 1) * n + i], J[(row + 2) * n + i]);
+        [of(0), of(3) + of(0).cross(&r)]
     };
-    (0..nv).map(column).collect()
+    (0..n).map(column).collect()
 }
 
-/// Degrees of freedom that are left to as many columns of closed loops, and the rank of their rows.
-fn mobility(columns: &[[f64; 6]]) -> (usize, usize) {
-    let J = spatial::nalgebra::DMatrix::from_fn(6, columns.len(), |i, j| columns[j][i]);
-    let rank = J.rank(1e-6);
-    (columns.len() - rank, rank)
+/// The place of a joint of an object among its degrees of freedom.
+fn joint(model: &RobotModel, object: Object, body: &str) -> usize {
+    let multibody = model.object_multibody(object).unwrap();
+    multibody.get(multibody.body(body).unwrap()).v().start - 6
+}
+
+/// A body with joints that stands in the world: what hangs on it has its mass from the task.
+fn stand(name: &str) -> ObjectSpec {
+    object(name, 10.0, &[0.0; 3], &[0.1; 3])
+}
+
+fn vec3(v: &Value) -> Vec3 {
+    Vec3::from_column_slice(&numbers(v))
 }
 
 #[test]
 fn drill_hole() {
-    let Some(task) = Task::new("drill_hole", |b| {
+    let Some(task) = Task::new("drill_hole", |b, spec| {
         let list = |v: &Value| numbers(v);
         let (d, battery) = (&b["driver"], &b["battery"]);
-        vec![
+        spec.objects = vec![
             object("driver", mass(d), &list(&d["com"]), &list(&d["I"])),
             object("battery", mass(battery), &list(&battery["com"]), &list(&battery["I"])),
-        ]
+        ];
     }) else {
         return;
     };
@@ -168,8 +180,22 @@ fn drill_hole() {
 
 #[test]
 fn change_tyre() {
-    let Some(task) = Task::new("change_tyre", |b| {
-        vec![object("tyre", mass(&b["tyre"]), &[0.0; 3], &numbers(&b["tyre"]["inertia"]))]
+    let Some(task) = Task::new("change_tyre", |b, spec| {
+        let tyre = object("tyre", mass(&b["tyre"]), &[0.0; 3], &numbers(&b["tyre"]["inertia"]));
+        spec.objects = vec![tyre, stand("axle")];
+        // The hub turns on the axle; its studs on a circle, the first below.
+        let nuts = &b["nuts"];
+        spec.objects.push(object("nut", mass(nuts), &[0.0; 3], &[1e-6; 3]));
+        let hinge = Hinge::pin(Vec3::z());
+        let steel = MassProperties::new(4.0, Vec3::zeros(), Mat3::identity() * 0.01);
+        spec.linkages.body(BodySpec::new("hub", "axle").hinge(hinge).mass(steel));
+        let r = nuts["circle_radius"].as_f64().unwrap();
+        for k in 0..nuts["count"].as_u64().unwrap() {
+            let turn = Vec3::z() * (std::f64::consts::TAU * k as f64 / 5.0);
+            let at = Pose::new(spatial::Quat::from_scaled_axis(turn), Vec3::zeros());
+            let stud = at * Pose::translation(r, 0.0, 0.0);
+            spec.linkages.body(BodySpec::new(format!("stud {k}"), "hub").hinge_in_parent(stud));
+        }
     }) else {
         return;
     };
@@ -209,16 +235,31 @@ fn change_tyre() {
     assert!((found.largest_share - task.number("largest_share_balanced")).abs() < 1e-8);
     assert!((share(&tau) - found.largest_share).abs() < 1e-12);
     // The second hand closes six rows.
-    let tip = X_tyre.position;
-    let [a, b] = [left, right].map(|p| columns(&mut robot, p, &tip));
-    let loops: Vec<_> =
-        arms.iter().map(|i| [0, 1, 2, 3, 4, 5].map(|k| a[*i][k] - b[*i][k])).collect();
     let count = |key: &str| task.expect(key).as_u64().unwrap() as usize;
-    assert_eq!(mobility(&loops), (count("arms_mobility"), count("closure_rank")));
-    assert_eq!(count("closure_rows"), 6);
-    // Least squeeze of a friction grip: both hands carry half of the weight at μ.
-    let force = mass(tyre_body) * 9.81 / 2.0 / task.number("friction");
-    assert!((force - task.number("least_squeeze_force_per_hand")).abs() < 1e-9);
+    let closure = robot.closure(Closing::Hands(tyre)).unwrap();
+    let theirs = ["closure_rows", "closure_rank", "arms_mobility"].map(count);
+    assert_eq!([closure.rows, closure.rank, closure.mobility], theirs);
+    // The least squeeze of a friction grip, from hands that each carry half of the weight and do not press.
+    let force = task.number("least_squeeze_force_per_hand");
+    let half = Force::new(Vec3::zeros(), Vec3::z() * (0.5 * mass(tyre_body) * 9.81));
+    let towards = |from: Part, to: Part, robot: &mut Robot| {
+        let [a, b] = [from, to].map(|p| robot.tip_pose(p).unwrap());
+        a.rotation.inverse() * (b.position - a.position)
+    };
+    let lines = [towards(left, right, &mut robot), towards(right, left, &mut robot)];
+    let coefficient = task.number("friction");
+    let friction =
+        |most: f64| lines.map(|normal| Friction { normal, coefficient, radius: 0.02, most });
+    let held = robot.grip(tyre, &[half; 2], &friction(f64::INFINITY)).unwrap();
+    assert_eq!(held.missing, 0.0);
+    let tips = [left, right].map(|p| robot.tip_pose(p).unwrap());
+    for (w, (line, tip)) in held.wrenches.iter().zip(lines.iter().zip(&tips)) {
+        let press = w.force.dot(&(tip.rotation * line).normalize());
+        assert!((press / force - 1.0).abs() < 1e-5, "{press} {force}");
+    }
+    // Hands that may press by a newton less cannot hold it.
+    let weak = robot.grip(tyre, &[half; 2], &friction(force - 1.0)).unwrap();
+    assert!(weak.missing > 0.1, "{weak:?}");
     let mut squeeze = vec![0.0; model.nv()];
     let wrenches = robot.squeeze(tyre, force, &mut squeeze).unwrap();
     task.forces("squeeze_torques", &squeeze);
@@ -230,23 +271,33 @@ fn change_tyre() {
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_after_mounting", &tau);
     assert_eq!(tau, bare, "bit for bit");
-    // Nuts on a circle about the hub's axis, the first below.
+    // Mounted: where the hub is, which stands with its studs about its axis.
+    let axle = model.object("axle").unwrap();
     let hub = pose(&numbers(&task.json["bodies"]["hub"]["pose"]));
-    let nuts = &task.json["bodies"]["nuts"];
-    let r = nuts["circle_radius"].as_f64().unwrap();
+    robot.put(axle, hub).unwrap();
+    robot.put(tyre, hub).unwrap();
+    let (p, R) = apart(&robot.object_pose(tyre).unwrap(), &X_tyre);
+    assert!(p < 1e-12 && R < 1e-7);
     let theirs = task.expect("nut_positions").as_array().unwrap();
-    assert_eq!(theirs.len() as u64, nuts["count"].as_u64().unwrap());
+    let nut = model.object("nut").unwrap();
+    assert_eq!(theirs.len() as u64, task.json["bodies"]["nuts"]["count"].as_u64().unwrap());
     for (k, p) in theirs.iter().enumerate() {
-        let (sin, cos) = (std::f64::consts::TAU * k as f64 / 5.0).sin_cos();
-        let ours = hub.transform_point(&Vec3::new(r * cos, r * sin, 0.0));
-        assert!((ours - Vec3::from_column_slice(&numbers(p))).norm() < 1e-12, "{k}: {ours}");
+        let stud = model.object_body(axle, &format!("stud {k}")).unwrap();
+        let there = robot.object_body_pose(axle, stud).unwrap();
+        // The hand brings it there and leaves it.
+        let tip = robot.tip_pose(left).unwrap();
+        robot.grasp(left, nut, Grasp::At(tip.inverse() * there)).unwrap();
+        robot.ungrasp(nut).unwrap();
+        let ours = robot.object_pose(nut).unwrap().position;
+        assert!((ours - vec3(p)).norm() < 1e-12, "{k}: {ours}");
     }
 }
 
 #[test]
 fn hang_up_phone() {
-    let Some(task) = Task::new("hang_up_phone", |b| {
-        vec![object("handset", mass(&b["handset"]), &[0.0; 3], &numbers(&b["handset"]["inertia"]))]
+    let Some(task) = Task::new("hang_up_phone", |b, spec| {
+        let h = &b["handset"];
+        spec.objects = vec![object("handset", mass(h), &[0.0; 3], &numbers(&h["inertia"]))];
     }) else {
         return;
     };
@@ -271,18 +322,39 @@ fn hang_up_phone() {
 
 #[test]
 fn key_and_door() {
-    let Some(task) = Task::new("key_and_door", |b| {
+    let Some(task) = Task::new("key_and_door", |b, spec| {
         let (m, h) = (mass(&b["key"]), numbers(&b["key"]["half"]));
         let side = |i: usize, j: usize| m / 3.0 * (h[i] * h[i] + h[j] * h[j]);
-        vec![object("key", m, &[0.0; 3], &[side(1, 2), side(0, 2), side(0, 1)])]
+        let key = object("key", m, &[0.0; 3], &[side(1, 2), side(0, 2), side(0, 1)]);
+        spec.objects = vec![key, stand("frame")];
+        let (door, lock) = (&b["door"], &b["lock"]);
+        let limits = |v: &Value| {
+            let l = numbers(&v["limits"]);
+            Limits::position(l[0], l[1])
+        };
+        let hinge = |v: &Value| Hinge::pin(vec3(&v["axis"])).limits(limits(v));
+        let h = numbers(&door["half"]);
+        let side = |i: usize, j: usize| mass(door) / 3.0 * (h[i] * h[i] + h[j] * h[j]);
+        let moments = Vec3::new(side(1, 2), side(0, 2), side(0, 1));
+        let com = vec3(&door["com_in_hinge"]);
+        let leaf = MassProperties::new(mass(door), com, Mat3::from_diagonal(&moments));
+        spec.linkages.body(BodySpec::new("door", "frame").hinge(hinge(door)).mass(leaf));
+        let plug = MassProperties::new(0.2, Vec3::zeros(), Mat3::identity() * 1e-4);
+        let plug = BodySpec::new("lock", "door").hinge(hinge(lock)).mass(plug);
+        let at = vec3(&lock["origin_in_door"]);
+        spec.linkages.body(plug.hinge_in_parent(Pose::translation(at.x, at.y, at.z)));
     }) else {
         return;
     };
     let model = task.model.clone();
-    let (arm, key) = (model.part("arm").unwrap(), model.object("key").unwrap());
+    let [key, frame] = ["key", "frame"].map(|o| model.object(o).unwrap());
+    let arm = model.part("arm").unwrap();
     let X = pose(&numbers(&task.json["bodies"]["key"]["pose_in_tip"]));
+    let bodies = &task.json["bodies"];
     let mut robot = Robot::new(&model);
     let mut tau = vec![0.0; model.nv()];
+    let origin = vec3(&bodies["door"]["origin"]);
+    robot.put(frame, Pose::translation(origin.x, origin.y, origin.z)).unwrap();
     let at = |k: &str| pose(&numbers(task.expect(k)));
     for (pose, q) in
         [("grasp_pose", "q_grasp"), ("turned_pose", "q_turned"), ("opened_pose", "q_opened")]
@@ -292,49 +364,91 @@ fn key_and_door() {
         assert!(p < 1e-8 && R < 1e-7, "{pose}: {p:e} {R:e}");
         meets(&mut robot, arm, &at(pose), &task.q("q_grasp"));
     }
-    robot.grasp(arm, key, Grasp::At(X)).unwrap();
-    // The key in the lock closes six rows: lock and door turn about their pins.
     robot.set_q(&task.q("q_grasp")).unwrap();
-    let about = robot.tip_pose(arm).unwrap().position;
-    let mut loops: Vec<_> = columns(&mut robot, arm, &about);
-    let dofs: Vec<usize> =
-        names(&task.json["arm"]).iter().map(|j| model.coordinate(j).unwrap().1).collect();
-    loops = dofs.iter().map(|i| loops[*i]).collect();
-    let bodies = &task.json["bodies"];
-    let vec3 = |v: &Value| Vec3::from_column_slice(&numbers(v));
-    let origin = vec3(&bodies["door"]["origin"]);
-    let lock_at = origin + vec3(&bodies["lock"]["origin_in_door"]);
-    for (body, at, key) in [
-        ("lock", lock_at, "mobility_with_key_in_lock_door_kept"),
-        ("door", origin, "mobility_with_door_free"),
-    ] {
-        let axis = vec3(&bodies[body]["axis"]);
-        let v = axis.cross(&(about - at));
-        loops.push([axis.x, axis.y, axis.z, v.x, v.y, v.z].map(|x| -x));
-        assert_eq!(mobility(&loops).0 as u64, task.expect(key).as_u64().unwrap(), "{key}");
+    robot.grasp(arm, key, Grasp::At(X)).unwrap();
+    // The key in the lock closes six rows: the lock turns, and the door once it is free.
+    let lock = model.object_body(frame, "lock").unwrap();
+    let [at_door, at_lock] = ["door", "lock"].map(|b| joint(&model, frame, b));
+    let kept = [0, 1].map(|k| k == at_lock);
+    for (free, key) in
+        [(kept, "mobility_with_key_in_lock_door_kept"), ([true; 2], "mobility_with_door_free")]
+    {
+        let onto = Closing::Onto { hand: arm, object: frame, body: lock, free: &free };
+        let closure = robot.closure(onto).unwrap();
+        let mobility = task.expect(key).as_u64().unwrap() as usize;
+        assert_eq!(closure, ClosureRank { rows: 6, rank: 6, mobility }, "{key}");
     }
-    // The lock's friction while turning about x; the closer and friction of the door while opening.
+    // The loop stays closed: the key stands in the lock as it was put in, turned and with the door opened.
+    let in_lock = |robot: &mut Robot| {
+        let X_lock = robot.object_body_pose(frame, lock).unwrap();
+        X_lock.inverse() * robot.object_pose(key).unwrap()
+    };
+    let as_put = in_lock(&mut robot);
+    let most = numbers(&bodies["lock"]["limits"])[1];
+    let mut theta = [0.0; 2];
+    theta[at_lock] = most;
+    for (q, door) in [("q_turned", 0.0), ("q_opened", -30.0_f64.to_radians())] {
+        theta[at_door] = door;
+        robot.set_q(&task.q(q)).unwrap();
+        robot.set_object_q(frame, &theta).unwrap();
+        let (p, R) = apart(&in_lock(&mut robot), &as_put);
+        assert!(p < 1e-8 && R < 1e-7, "{q}: {p:e} {R:e}");
+    }
+    // What balances the friction of the lock while it turns: a moment about its axis.
+    theta[at_door] = 0.0;
     robot.set_q(&task.q("q_turned")).unwrap();
-    let lock = task.json["bodies"]["lock"]["friction_torque"].as_f64().unwrap();
-    let turn = Push::new(arm, Vec3::new(lock, 0.0, 0.0), Vec3::zeros());
+    robot.set_object_q(frame, &theta).unwrap();
+    let tip = robot.tip_pose(arm).unwrap().position;
+    let friction = bodies["lock"]["friction_torque"].as_f64().unwrap();
+    let w = columns(&mut robot, frame, "lock", &tip)[at_lock][0];
+    let turn = Push::new(arm, w * (friction / w.norm_squared()), Vec3::zeros());
     robot.held_still(&[turn], &mut tau).unwrap();
     task.forces("feed_forward_turning", &tau);
+    // Closer and friction of the door while it opens: the least force at the tip, across the way to the pin.
+    theta[at_door] = -30.0_f64.to_radians();
     robot.set_q(&task.q("q_opened")).unwrap();
-    let force = Vec3::from_column_slice(&numbers(task.expect("force_on_key")));
-    assert!((force.norm() - task.number("force_norm")).abs() < 1e-9);
+    robot.set_object_q(frame, &theta).unwrap();
+    let tip = robot.tip_pose(arm).unwrap().position;
+    let v = columns(&mut robot, frame, "lock", &tip)[at_door][1];
+    let closer = bodies["door"]["closer_plus_friction_torque"].as_f64().unwrap();
+    let force = -v * (closer / v.norm_squared());
+    assert!((force - vec3(task.expect("force_on_key"))).norm() < 1e-7, "{force}");
+    assert!((force.norm() - task.number("force_norm")).abs() < 1e-8);
     robot.held_still(&[Push::new(arm, Vec3::zeros(), force)], &mut tau).unwrap();
     task.forces("feed_forward_opening", &tau);
+    // The key stays in the lock, and the arm is bare.
     robot.ungrasp(key).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("after_ungrasp_gravity", &tau);
+    let mut bare = Robot::new(&model);
+    bare.set_q(&task.q("q_opened")).unwrap();
+    let mut theirs = vec![0.0; model.nv()];
+    bare.gravity_forces(&mut theirs).unwrap();
+    assert_eq!(tau, theirs, "bit for bit");
+    robot.set_q(&task.q("q_grasp")).unwrap();
+    let (p, R) = apart(&in_lock(&mut robot), &as_put);
+    assert!(p < 1e-8 && R < 1e-7, "{p:e} {R:e}");
 }
 
 #[test]
 fn push_button() {
-    let Some(task) = Task::new("push_button", |_| vec![]) else { return };
+    let Some(task) = Task::new("push_button", |b, spec| {
+        spec.objects = vec![stand("panel")];
+        let (button, axis) = (&b["button"], vec3(&b["button"]["axis"]));
+        let limits = numbers(&button["limits"]);
+        let hinge = Hinge::slider(axis).limits(Limits::position(limits[0], limits[1]));
+        let cap = MassProperties::new(mass(button), Vec3::zeros(), Mat3::identity() * 1e-6);
+        spec.linkages.body(BodySpec::new("button", "panel").hinge(hinge).mass(cap));
+    }) else {
+        return;
+    };
     let model = task.model.clone();
-    let left = model.part("left").unwrap();
+    let (left, panel) = (model.part("left").unwrap(), model.object("panel").unwrap());
+    let button = model.object_body(panel, "button").unwrap();
+    let b = &task.json["bodies"]["button"];
     let mut robot = Robot::new(&model);
+    let face = vec3(&b["face"]);
+    robot.put(panel, Pose::translation(face.x, face.y, face.z)).unwrap();
     let at = |k: &str| pose(&numbers(task.expect(k)));
     for (pose, q) in [("touch_pose", "q_touch"), ("press_pose", "q_press")] {
         robot.set_q(&task.q(q)).unwrap();
@@ -342,19 +456,32 @@ fn push_button() {
         assert!(p < 1e-8 && R < 1e-7, "{pose}: {p:e} {R:e}");
         meets(&mut robot, left, &at(pose), &task.q("q_touch"));
     }
-    let b = &task.json["bodies"]["button"];
     let of = |k: &str| b[k].as_f64().unwrap();
-    let force = |x: f64| of("preload") + of("stiffness") * x + of("friction");
-    assert!(
-        (of("preload") + of("stiffness") * of("click") - task.number("force_at_click")).abs()
-            < 1e-9
-    );
-    let stop = force(of("travel"));
-    assert!((stop - task.number("force_at_stop")).abs() < 1e-9);
+    // With the tip on the face the button goes along: how far it is in, and the spring's force there, on its way in with friction.
+    let axis = vec3(&b["axis"]);
+    let pressed = |x: f64, robot: &mut Robot| {
+        let mut q = task.q("q_touch");
+        let to = Pose::new(at("touch_pose").rotation, face + axis * x);
+        let effort = Effort::default();
+        let answer = robot.reach(left, &Goal::pose(to), Frame::World, &effort, &mut q).unwrap();
+        assert_eq!(answer.outcome, Outcome::Met);
+        robot.set_q(&q).unwrap();
+        let tip = robot.tip_pose(left).unwrap().position;
+        let v = columns(robot, panel, "button", &tip)[0][1];
+        let in_by = v.dot(&(tip - face)) / v.norm_squared();
+        robot.set_object_q(panel, &[in_by]).unwrap();
+        let there = robot.object_body_pose(panel, button).unwrap().position;
+        assert!((there - tip).norm() < 1e-8, "{there} {tip}");
+        (of("preload") + of("stiffness") * in_by, v / v.norm_squared())
+    };
+    let (click, _) = pressed(of("click"), &mut robot);
+    assert!((click - task.number("force_at_click")).abs() < 1e-6, "{click}");
+    let (spring, along) = pressed(of("travel"), &mut robot);
+    let stop = spring + of("friction");
+    assert!((stop - task.number("force_at_stop")).abs() < 1e-6, "{stop}");
     robot.set_q(&task.q("q_press")).unwrap();
-    let axis = Vec3::from_column_slice(&numbers(&b["axis"]));
     let mut tau = vec![0.0; model.nv()];
-    robot.held_still(&[Push::new(left, Vec3::zeros(), axis * stop)], &mut tau).unwrap();
+    robot.held_still(&[Push::new(left, Vec3::zeros(), along * stop)], &mut tau).unwrap();
     task.forces("feed_forward_press", &tau);
     // 2 mm on: the least step of the joints.
     robot.set_q(&task.q("q_touch")).unwrap();

@@ -2,9 +2,10 @@
 
 use crate::edge::{LwPose, Out, alone, apart, numbers, numbers_mut, value};
 use crate::model::object_sizes;
-use crate::robot::{LwPush, LwRobot, take_pushes};
+use crate::robot::{Instance, LwPush, LwRobot, take_pushes};
 use crate::status::LwStatus;
-use linkwork_embedded::{Grasp, RobotError};
+use linkwork_embedded::multibody::BodyId;
+use linkwork_embedded::{Closing, ClosureRank, Grasp, Object, RobotError};
 
 /// Where an object is in the world: in the hand, or where it was put or let go last.
 #[unsafe(no_mangle)]
@@ -184,6 +185,97 @@ pub unsafe extern "C" fn lw_robot_feed_forward_with(
     }
 }
 
+/// What a closed loop leaves.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LwClosure {
+    /// Rows of the loop's equations.
+    pub rows: u32,
+    /// How many of them are independent here.
+    pub rank: u32,
+    /// Degrees of freedom that are left to the chains and joints of the loop.
+    pub mobility: u32,
+}
+
+impl From<ClosureRank> for LwClosure {
+    fn from(c: ClosureRank) -> Self {
+        let [rows, rank, mobility] = [c.rows, c.rank, c.mobility].map(|n| n as u32);
+        Self { rows, rank, mobility }
+    }
+}
+
+/// A body that hangs on an object.
+fn body(r: &Instance, object: Object, body: u32) -> Result<BodyId, RobotError> {
+    let bodies = r.model().object_multibody(object).ok_or(RobotError::ForeignHandle)?;
+    bodies.body_ids().nth(body as usize).ok_or(RobotError::ForeignHandle)
+}
+
+/// What the loop of two hands on an object leaves at the robot's q.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_closure(
+    robot: *mut LwRobot,
+    object: u32,
+    out: *mut LwClosure,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (out, object) = (Out::new("out", out)?, r.object(object)?);
+            out.set(r.robot.closure(Closing::Hands(object))?.into());
+            Ok(())
+        })
+    }
+}
+
+/// What is left when a hand, with what it holds, is welded to a body of an object (`lw_model_object_body`) as both stand: a key in a lock. `free` (n: the object's degrees of
+/// freedom): which of its joints may move, 0 for those that stand.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_closure_onto(
+    robot: *mut LwRobot,
+    hand: u32,
+    object: u32,
+    body: u32,
+    free: *const u8,
+    n: usize,
+    out: *mut LwClosure,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (out, hand, object) = (Out::new("out", out)?, r.part(hand)?, r.object(object)?);
+            let own = object_sizes(r.model(), object)?.1;
+            let flags = numbers("free", free, n, own)?;
+            let body = self::body(r, object, body)?;
+            r.free.clear();
+            r.free.extend(flags.iter().map(|f| *f != 0));
+            let onto = Closing::Onto { hand, object, body, free: &r.free };
+            out.set(r.robot.closure(onto)?.into());
+            Ok(())
+        })
+    }
+}
+
+/// The Jacobian of a body of an object (6 rows of its m degrees of freedom, row after row; `n` = 6 m): rates of the object's joints to the angular, then linear velocity of the body relative
+/// to where the object is held or stands, at the body's origin, world axes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_object_jacobian(
+    robot: *mut LwRobot,
+    object: u32,
+    body: u32,
+    J: *mut f64,
+    n: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let object = r.object(object)?;
+            let body = self::body(r, object, body)?;
+            let J = numbers_mut("J", J, n, 6 * object_sizes(r.model(), object)?.1)?;
+            Ok(r.robot.object_jacobian(object, body, J)?)
+        })
+    }
+}
+
 /// Where a body that hangs on an object (`lw_model_object_body`) is in the world.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_object_body_pose(
@@ -196,9 +288,7 @@ pub unsafe extern "C" fn lw_robot_object_body_pose(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, object) = (Out::new("out", out)?, r.object(object)?);
-            let bodies = r.model().object_multibody(object);
-            let id = bodies.and_then(|m| m.body_ids().nth(body as usize));
-            let id = id.ok_or(RobotError::ForeignHandle)?;
+            let id = self::body(r, object, body)?;
             out.set(r.robot.object_body_pose(object, id)?.into());
             Ok(())
         })

@@ -22,6 +22,8 @@ pub(crate) struct Instance {
     pub closed: Closed,
     /// The path that is looked at in portions.
     pub swept: Swept,
+    /// Which joints of an object may move, as the last call said.
+    pub free: Vec<bool>,
     /// Pairs of colliders of the last call.
     pub near: Vec<Closest>,
     pub hits: Vec<(ColliderId, ColliderId)>,
@@ -32,6 +34,9 @@ impl Instance {
         let room = robot.model().parts().len();
         let closed = Closed::of(robot.model());
         let swept = Swept::new(robot.model().nq());
+        let model = robot.model();
+        let joints = model.objects().filter_map(|o| model.object_multibody(o.0));
+        let most = joints.map(|m| m.nv()).max().unwrap_or_default();
         Self {
             robot,
             pushes: Vec::with_capacity(room),
@@ -39,6 +44,7 @@ impl Instance {
             moved: vec![Motion::zero(); room],
             closed,
             swept,
+            free: Vec::with_capacity(most),
             near: Vec::new(),
             hits: Vec::new(),
         }

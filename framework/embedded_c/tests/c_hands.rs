@@ -301,6 +301,31 @@ fn bodies_of_objects_and_their_mass_matrix() {
         assert_eq!(lw_model_object_body(m, PLIERS, c"jaw".as_ptr(), &mut body), LwStatus::Ok);
         quiet(|| lw_robot_object_body_pose(r, PLIERS, body, &mut at));
         same_pose(&at, &two.robot.object_body_pose(two.pliers, jaw).unwrap());
+        let (mut J, mut rust) = ([0.0; 6], [0.0; 6]);
+        let j = J.as_mut_ptr();
+        quiet(|| lw_robot_object_jacobian(r, PLIERS, body, j, 6));
+        two.robot.object_jacobian(two.pliers, jaw, &mut rust).unwrap();
+        same(&J, &rust);
+        let mut left = LwClosure { rows: 0, rank: 0, mobility: 0 };
+        let jaw_in_c = body;
+        let onto = |hand, free: &[u8], out| {
+            lw_robot_closure_onto(r, hand, PLIERS, jaw_in_c, free.as_ptr(), free.len(), out)
+        };
+        let hand = two.model.part("left").unwrap();
+        for free in [0, 1] {
+            quiet(|| onto(LEFT, &[free], &raw mut left));
+            let (object, free) = (two.pliers, [free > 0]);
+            let asked = Closing::Onto { hand, object, body: jaw, free: &free };
+            assert_eq!(left, two.robot.closure(asked).unwrap().into());
+        }
+        assert!(left.rank > 0 && left.rows == 6);
+        two.refused(onto(RIGHT, &[1], &mut left), LwStatus::Held, "object 1");
+        two.refused(onto(LEFT, &[], &mut left), LwStatus::Length, "`free`");
+        two.refused(onto(9, &[1], &mut left), LwStatus::Foreign, "");
+        two.refused(lw_robot_closure(r, BEAM, &mut left), LwStatus::NotHeld, "object 0");
+        two.refused(lw_robot_closure(r, PLIERS, &mut left), LwStatus::EmptyHand, "part");
+        two.refused(lw_robot_object_jacobian(r, PLIERS, body, j, 5), LwStatus::Length, "`J`");
+        two.refused(lw_robot_object_jacobian(r, BEAM, body, j, 6), LwStatus::Foreign, "");
         quiet(|| lw_robot_mass_matrix_with(r, PLIERS, p, 196));
         let mut theirs = vec![0.0; 196];
         two.robot.mass_matrix_with(two.pliers, &mut theirs).unwrap();
@@ -324,6 +349,13 @@ fn bodies_of_objects_and_their_mass_matrix() {
             name(PLIERS, c"jaw", null_mut()),
             lw_robot_object_body_pose(r, PLIERS, body, null_mut()),
             lw_robot_object_body_pose(null_mut(), PLIERS, body, &mut at),
+            lw_robot_object_jacobian(r, PLIERS, body, null_mut(), 6),
+            lw_robot_object_jacobian(null_mut(), PLIERS, body, j, 6),
+            lw_robot_closure(r, PLIERS, null_mut()),
+            lw_robot_closure(null_mut(), PLIERS, &mut left),
+            onto(LEFT, &[1], null_mut()),
+            lw_robot_closure_onto(r, LEFT, PLIERS, body, null(), 1, &mut left),
+            lw_robot_closure_onto(null_mut(), LEFT, PLIERS, body, null(), 0, &mut left),
             lw_robot_mass_matrix_with(r, PLIERS, null_mut(), 196),
             lw_robot_mass_matrix_with(null_mut(), PLIERS, p, 196),
         ]);

@@ -1,5 +1,6 @@
 //! Point clouds and voxel maps through the interface of C: what is set is met, what is freed is not, mistakes are codes.
 
+use crate::support::quiet;
 use linkwork_robot::*;
 use std::ptr::{null, null_mut};
 
@@ -40,7 +41,7 @@ fn what_sensors_see_is_met() {
         assert_eq!(hit(0.0), None);
         // A ball beside the rod: 0.8 along, 0.06 off its axis, radius 0.02.
         let points = [[5.0, 5.0, 5.0, 0.1], [0.8, 0.06, 0.0, 0.02]];
-        assert_eq!(lw_robot_set_points(r, cloud, points.as_ptr().cast(), 2), ok);
+        quiet(|| lw_robot_set_points(r, cloud, points.as_ptr().cast(), 2));
         assert_eq!(hit(0.0), Some((cloud.min(rod), cloud.max(rod))));
         assert_eq!(hit(-1.0), None);
         let mut near = std::mem::zeroed::<LwClosest>();

@@ -272,6 +272,15 @@ static void hands(Case &c) {
   const auto jaw = c.model.object_body(c.pliers, "jaw");
   DO(lw_robot_object_body_pose(c.r, c.pliers, jaw, &at));
   CHECK(same(at, c.robot.object_body_pose(c.pliers, jaw)));
+  Numbers J(6), K(6);
+  DO(lw_robot_object_jacobian(c.r, c.pliers, jaw, J.data(), 6));
+  c.robot.object_jacobian(c.pliers, jaw, K);
+  CHECK(same(J, K));
+  LwClosure left_onto;
+  const std::array<std::uint8_t, 1> moves{1};
+  DO(lw_robot_closure_onto(c.r, c.left, c.pliers, jaw, moves.data(), 1, &left_onto));
+  const LwClosure onto = c.robot.closure(c.left, c.pliers, jaw, moves);
+  CHECK(onto.rows == 6 && onto.rank == left_onto.rank && onto.mobility == left_onto.mobility);
   Numbers M(196), N(196);
   DO(lw_robot_mass_matrix_with(c.r, c.pliers, M.data(), 196));
   c.robot.mass_matrix_with(c.pliers, N);

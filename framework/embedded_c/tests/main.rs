@@ -1,12 +1,14 @@
 //! What the crate promises, seen from outside: one program, a module for each subject.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
+mod c_bad_input;
 mod c_closed_form;
 mod c_examples;
 mod c_hands;
 mod c_interface;
 mod c_linkages;
 mod c_mechanism;
+mod c_memory;
 mod c_motions;
 mod c_numbers;
 mod c_obstacles;

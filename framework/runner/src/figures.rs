@@ -1,6 +1,7 @@
 //! The simulation's own figures: taken in passing, in fixed memory.
-use linkwork_assembly::{Figure, Take};
-use linkwork_runtime::{Fault, Place, Plan, Simulation, Unit};
+use crate::prepare::condition;
+use linkwork_assembly::{Figure, FigureOf, Take};
+use linkwork_runtime::{Condition, Fault, Place, Plan, Simulation, Unit};
 use serde::{Deserialize, Serialize};
 
 /// A running figure.
@@ -48,9 +49,30 @@ pub struct Tracked {
     pub name: String,
     /// Unit shown.
     pub unit: String,
-    place: Place,
+    source: Source,
     take: Take,
     unit_read: Unit,
+}
+
+/// Where a figure's numbers come from.
+enum Source {
+    Variable(Place),
+    /// 1 while it holds, 0 while it does not, nor where the phase has not all of its variables.
+    Condition(Condition),
+}
+
+impl Source {
+    /// `None`: this phase has no such variable.
+    #[inline]
+    fn value(&self, sim: &Simulation) -> Option<f64> {
+        match self {
+            Source::Variable(place) => Some(sim.value(*place)).filter(|y| !y.is_nan()),
+            Source::Condition(c) => {
+                let holds = c.of(sim.time(), |place| sim.value(place)) > 0.0;
+                Some(f64::from(u8::from(holds)))
+            }
+        }
+    }
 }
 
 /// What of the past a checkpoint carries.
@@ -77,11 +99,27 @@ impl Figures {
     pub fn new(plan: &Plan, figures: &[Figure]) -> Result<Figures, Vec<Fault>> {
         let (mut list, mut faults) = (Vec::new(), Vec::new());
         for f in figures {
-            let v = match plan.variable(&f.of.text) {
+            let of = match &f.of {
+                FigureOf::Variable(of) => of,
+                FigureOf::Condition(when) => {
+                    match condition(plan, when, &format!("figure `{}`", f.name)) {
+                        Ok(c) => list.push(Tracked {
+                            name: f.name.clone(),
+                            unit: String::new(),
+                            source: Source::Condition(c),
+                            take: f.take,
+                            unit_read: Unit::ONE,
+                        }),
+                        Err(fault) => faults.push(fault),
+                    }
+                    continue;
+                }
+            };
+            let v = match plan.variable(&of.text) {
                 Ok(v) => v,
                 Err(e) => {
                     faults.push(
-                        Fault::new(f.of.origin, format!("figure `{}`: {}", f.name, e.message))
+                        Fault::new(of.origin, format!("figure `{}`: {}", f.name, e.message))
                             .help(e.help),
                     );
                     continue;
@@ -95,7 +133,7 @@ impl Figures {
                     list.push(Tracked {
                         name: f.name.clone(),
                         unit,
-                        place: v.place,
+                        source: Source::Variable(v.place),
                         take: f.take,
                         unit_read: u,
                     });
@@ -105,7 +143,7 @@ impl Figures {
                         f.origin,
                         format!(
                             "figure `{}`: `{}` is in {}, which is no {unit}",
-                            f.name, f.of.text, v.unit
+                            f.name, of.text, v.unit
                         ),
                     )
                     .help("choose a unit of the same quantity"),
@@ -128,9 +166,7 @@ impl Figures {
             return;
         }
         for (f, r) in self.list.iter().zip(&mut self.running) {
-            let value = sim.value(f.place);
-            // NaN: this phase has no such variable.
-            if !value.is_nan() {
+            if let Some(value) = f.source.value(sim) {
                 r.add(value);
             }
         }

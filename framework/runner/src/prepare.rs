@@ -1,6 +1,6 @@
 //! What is looked up before a run: nothing is written before all of it is right.
 use crate::figures::Figures;
-use linkwork_assembly::{AroundForm, LogRule, Settings, match_patterns};
+use linkwork_assembly::{AroundForm, LogRule, Settings, Text, match_patterns};
 use linkwork_runtime::{Around, Condition, Fault, Place, Plan, Rule};
 
 /// What a simulation's file names, found in the plan.
@@ -67,14 +67,19 @@ pub fn log_rules(plan: &Plan, rules: &[LogRule]) -> Result<Vec<Rule>, Vec<Fault>
 }
 
 fn around(plan: &Plan, form: &AroundForm) -> Result<Around, Fault> {
-    let text = &form.when;
+    let when = condition(plan, &form.when, "log")?;
+    Ok(Around { when, before: form.before, after: form.after })
+}
+
+/// A condition over the variables of a plan; one in which nothing ever changes is refused.
+pub(crate) fn condition(plan: &Plan, text: &Text, of: &str) -> Result<Condition, Fault> {
     let fault =
-        |fact: String, help: &str| Fault::new(text.origin, format!("log: {fact}")).help(help);
+        |fact: String, help: &str| Fault::new(text.origin, format!("{of}: {fact}")).help(help);
     let when =
         Condition::parse(&text.text, &plan.variables).map_err(|e| fault(e.to_string(), &e.help))?;
     if !when.timed() && when.places().next().is_none() {
         let fact = format!("condition `{}`: nothing in it ever changes", text.text);
         return Err(fault(fact, "test a state, an output that varies, or `time`"));
     }
-    Ok(Around { when, before: form.before, after: form.after })
+    Ok(when)
 }

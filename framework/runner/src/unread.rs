@@ -1,5 +1,5 @@
 //! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
-use linkwork_assembly::{Loaded, match_patterns};
+use linkwork_assembly::{FigureOf, Loaded, match_patterns};
 use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
 use std::collections::BTreeSet;
 
@@ -18,8 +18,13 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
             seen.insert(&plan.variables[names[k]].part);
         }
     }
-    for around in file.log.iter().filter_map(|rule| rule.around.as_ref()) {
-        let named = |p: &&linkwork_runtime::PartPlan| around.when.text.contains(&p.path);
+    let windows = file.log.iter().filter_map(|rule| rule.around.as_ref()).map(|a| &a.when);
+    let figures = file.figures.iter().filter_map(|f| match &f.of {
+        FigureOf::Condition(when) => Some(when),
+        FigureOf::Variable(_) => None,
+    });
+    for when in windows.chain(figures) {
+        let named = |p: &&linkwork_runtime::PartPlan| when.text.contains(&p.path);
         seen.extend(plan.parts.iter().filter(named).map(|p| p.path.as_str()));
     }
     for phase in &loaded.phases {

@@ -143,6 +143,8 @@ pub struct ReadCx<'a> {
     pub faults: Vec<Fault>,
     /// Paths of the services that were bound.
     pub(crate) asked: Vec<String>,
+    /// What is allowed and probably not meant: warnings of the plan.
+    pub warnings: Vec<Fault>,
     /// Parameters that a misspelt name was meant for, with the place of their map: they are not missing as well.
     meant: Vec<(Origin, String)>,
 }
@@ -150,8 +152,9 @@ pub struct ReadCx<'a> {
 impl<'a> ReadCx<'a> {
     /// A context for one part.
     pub fn new(path: impl Into<String>, services: &'a Services) -> Self {
-        let (files, faults) = (Files::default(), Vec::new());
-        ReadCx { path: path.into(), services, files, faults, asked: Vec::new(), meant: Vec::new() }
+        let (files, faults, warnings) = (Files::default(), Vec::new(), Vec::new());
+        let (asked, meant) = (Vec::new(), Vec::new());
+        ReadCx { path: path.into(), services, files, faults, asked, warnings, meant }
     }
 
     /// A context in which parameters are only looked at: files that they name are found, and are no part of a plan.
@@ -173,6 +176,11 @@ impl<'a> ReadCx<'a> {
     /// Records a fault.
     pub fn fault(&mut self, origin: Origin, message: String, help: Option<String>) {
         self.faults.push(Fault { message, origin, help });
+    }
+
+    /// Records a warning.
+    pub fn warn(&mut self, origin: Origin, message: String, help: Option<String>) {
+        self.warnings.push(Fault { message, origin, help });
     }
 
     /// Refuses keys that no parameter has.

@@ -179,7 +179,10 @@ fn two_arms_carry_a_beam_between_their_palms() {
             1e3 * error
         );
         assert!(carried > 700 && needs < 0.6 && told < 0.6 / 1.3 + 1e-6, "{needs} {told}");
-        assert!(share < 0.9 && error < 2e-3, "{share} {error}");
+        // As its page says: 0.43 as it is, 0.1 mm, and 0.7 mm when it is believed to be 1 kg too light.
+        let light = set.starts_with("mass");
+        assert!(share < 0.8 && error < if light { 7.5e-4 } else { 1.5e-4 }, "{share} {error}");
+        assert!(light || (needs - 0.43).abs() < 5e-3, "{needs}");
         // Where it is put is measured from where it was believed to be, and it is in the hands where it was.
         assert!((x - 0.35).abs() < 8e-3 && y.abs() < 8e-3 && (z - 0.2795).abs() < 1e-3);
         assert!(
@@ -219,6 +222,8 @@ fn the_wire_is_cut_and_its_end_drops() {
             continue;
         }
         let strength = 62e6 * std::f64::consts::PI * 1e-6;
+        // Without the peak of a moment when the edges meet it: what the page says it is cut with.
+        assert!((most - 196.0).abs() < 0.55, "{most}");
         assert!(cut == 1.0 && most > strength && most < 1.15 * strength, "{most} of {strength}");
         assert_eq!(sim.phase(), "cut");
         let next = sim.time() + 1.0;
@@ -252,6 +257,8 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
             }
         });
         assert!(mounted > 1000, "{mounted}");
+        // As its page says.
+        assert!(set == beside || (needs - 0.53).abs() < 5e-3, "{needs}");
         let turned = get(&sim, "hub.angle").to_degrees();
         println!(
             "{set}: hub {most:.1} N, share {share:.3}, friction {needs:.3}, turned {turned:.3}°"
@@ -260,8 +267,9 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
         for k in 1..=5 {
             let p = common::get(&sim, &format!("nut{k}.position"));
             println!("  nut {k} off its stud {:.2?} mm", [1e3 * p.x, 1e3 * p.y, 1e3 * p.z]);
-            assert!(p.x.abs() < 5e-4, "{p}");
-            assert!((p.y - off[0]).abs() < 8e-4 && (p.z - off[1]).abs() < 8e-4, "{p}");
+            assert!(p.x.abs() < 4e-4, "{p}");
+            let most = if set == beside { 6e-4 } else { 4e-4 };
+            assert!((p.y - off[0]).abs() < most && (p.z - off[1]).abs() < most, "{p}");
         }
         // 70 mm before the face, as thick as half of it is.
         let wheel = common::get(&sim, "wheel.position");
@@ -273,9 +281,10 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
 /// than it believes, and on ground that is as slippery as it believes, too. Pushed with 12 N it loses two feet for a moment and stands again; with 20 N it falls, and says so.
 #[test]
 fn a_quadruped_stands_up_is_pushed_and_stays() {
-    let settings = ["push=8", "trunk_mass=1.6", "friction=0.6", "push=12", "push=20"];
+    let settings = ["push=8", "mass=1.6 mass_believed=1.2", "friction=0.6", "push=12", "push=20"];
     for (which, set) in settings.into_iter().enumerate() {
-        let mut sim = load("legged_stand/sim.ron", &[set]);
+        let sets: Vec<&str> = set.split(' ').collect();
+        let mut sim = load("legged_stand/sim.ron", &sets);
         let (mut inside, mut tilt, mut low) = (f64::INFINITY, 0.0_f64, f64::INFINITY);
         let (mut pushed, mut side, mut stood) = (0.0_f64, [0.0_f64; 2], Vec::new());
         let feet = ["lf", "rf", "rh", "lh"].map(|leg| format!("Robot/{leg}_lower"));
@@ -303,7 +312,7 @@ fn a_quadruped_stands_up_is_pushed_and_stays() {
         }
         let stands = get(&sim, "Robot.Controller.stands");
         let force = |f: &String| get(&sim, &format!("{f}.contact_force.z"));
-        let mass = if set.starts_with("trunk") { 3.0 } else { 2.6 };
+        let mass = if set.starts_with("mass") { 3.0 } else { 2.6 };
         let weight = feet.iter().map(force).sum::<f64>() / (mass * 9.80665);
         let moved =
             places(&sim).iter().zip(&stood).map(|(a, b)| (a - b).xy().norm()).fold(0.0, f64::max);
@@ -319,6 +328,15 @@ fn a_quadruped_stands_up_is_pushed_and_stays() {
         if set == "push=20" {
             assert!(stands < 0.5 && inside < 0.0);
             continue;
+        }
+        // The figures of its page that are no figures of the file.
+        let page = match set {
+            "push=8" => Some([(pushed, 0.017), (side[1], 0.031), (moved, 2e-3)]),
+            "push=12" => Some([(moved, 0.031); 3]),
+            _ => None,
+        };
+        for (value, said) in page.into_iter().flatten() {
+            assert!((value - said).abs() < 5e-4, "{set}: {value}, the page says {said}");
         }
         assert!(stands > 0.5 && inside > 0.08 && low > 0.2 && (weight - 1.0).abs() < 0.02);
         assert!(pushed > 0.015 && pushed < 0.04, "{pushed}");

@@ -57,7 +57,9 @@ pub enum Take {
 record! {
     struct FigureForm: "figure" {
         /// Variable.
-        of: Text = text().need("write of: \"Part.output\""),
+        of: Option<Text> = text().maybe(),
+        /// Instead of a variable: a condition, as those of transitions; 1 while it holds, 0 while it does not.
+        when: Option<Text> = text().maybe(),
         /// Which number of its history.
         take: Take = word(&[
             ("last", Take::Last),
@@ -71,13 +73,21 @@ record! {
         origin
     }
 }
+/// What a figure looks at.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FigureOf {
+    /// A variable.
+    Variable(Text),
+    /// A condition: 1 while it holds, 0 while it does not.
+    Condition(Text),
+}
 /// A number that sums up a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
     /// Name as shown.
     pub name: String,
-    /// Variable.
-    pub of: Text,
+    /// What is looked at.
+    pub of: FigureOf,
     /// Which number.
     pub take: Take,
     /// Unit as shown; `None`: that of the variable.
@@ -323,7 +333,10 @@ impl Settings {
         let mut all: Vec<Text> = Vec::new();
         all.extend(self.log.iter().flat_map(|l| l.channels.clone()));
         all.extend(self.plots.iter().flat_map(|p| p.of.clone()));
-        all.extend(self.figures.iter().map(|f| f.of.clone()));
+        all.extend(self.figures.iter().filter_map(|f| match &f.of {
+            FigureOf::Variable(v) => Some(v.clone()),
+            FigureOf::Condition(_) => None,
+        }));
         all.extend(self.stop_when.clone());
         if let Some(view) = &self.view {
             all.extend(view.arrows.iter().flat_map(|a| [a.at.clone(), a.along.clone()]));
@@ -503,9 +516,28 @@ fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
     let mut out = Vec::new();
     for (name, item) in crate::schema::read::table(cx, v, "simulation: `figures`") {
         let at = At::new(format!("figure `{name}`")).origin(cx.key(item));
-        if let Some(FigureForm { of, take, unit, origin }) = FigureForm::read(cx, item, &at) {
-            out.push(Figure { name: name.clone(), of, take, unit, origin });
-        }
+        let Some(form) = FigureForm::read(cx, item, &at) else { continue };
+        let FigureForm { of, when, take, unit, origin } = form;
+        let of = match (of, when) {
+            (Some(of), None) => FigureOf::Variable(of),
+            (None, Some(when)) => {
+                if let Some(unit) = &unit {
+                    let fact = format!("{}: a condition has no unit", at.what);
+                    cx.fault(unit.origin, fact, "take `unit` out: it is 1 or 0");
+                }
+                FigureOf::Condition(when)
+            }
+            (both, _) => {
+                let fact = match both {
+                    Some(_) => "it is of a variable and of a condition",
+                    None => "it is of nothing",
+                };
+                let help = "write of: \"Part.output\", or when: \"Part.output > 1 N\"";
+                cx.fault(origin, format!("{}: {fact}", at.what), help);
+                continue;
+            }
+        };
+        out.push(Figure { name: name.clone(), of, take, unit, origin });
     }
     out.sort_by(|a, b| a.name.cmp(&b.name));
     out

@@ -167,6 +167,13 @@ impl Probe {
         self.padding[id.index()] = padding;
     }
 
+    /// Thickness around a shape as it is now, m.
+    #[must_use]
+    #[track_caller]
+    pub fn padding(&self, id: ColliderId) -> f64 {
+        self.padding[id.index()]
+    }
+
     /// Hides or shows a collider.
     #[track_caller]
     pub fn set_visibility(&mut self, id: ColliderId, visibility: Visibility) {

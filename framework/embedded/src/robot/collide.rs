@@ -313,15 +313,27 @@ impl Robot {
         found
     }
 
-    /// Thickness around a collider from now on, m.
+    /// Thickness around a collider from now on, m. O(colliders).
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`]; [`RobotError::OutOfRange`] when it is negative or not finite.
+    /// [`RobotError::ForeignHandle`]; [`RobotError::OutOfRange`] when it is negative or not finite; [`RobotError::NeverFree`] when with it two colliders of
+    /// robot and world that are looked at would touch at every configuration, as lengths of links and travels of sliders say. Then nothing has changed.
     pub fn pad(&mut self, id: ColliderId, padding: f64) -> Result<(), RobotError> {
         self.known(id)?;
         if !(padding >= 0.0 && padding.is_finite()) {
             let help = "padding is not negative";
             return Err(RobotError::OutOfRange { what: "padding", value: padding, help });
+        }
+        let scene = &self.model.scene;
+        let probe = &self.collide.probe;
+        let own = |i: ColliderId| probe.extent(&scene.colliders, i) - probe.padding(i);
+        for other in scene.colliders.ids().filter(|o| *o != id && probe.meet(id, *o)) {
+            let all = padding + probe.padding(other);
+            let most = scene.apart(id, other, [own(id), own(other)]);
+            if all >= most {
+                let (a, b) = (id.index(), other.index());
+                return Err(RobotError::NeverFree { a, b, padding: all, most });
+            }
         }
         self.collide.probe.set_padding(id, padding);
         Ok(())

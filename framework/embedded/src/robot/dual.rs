@@ -220,25 +220,42 @@ impl Robot {
     }
 
     /// C into `columns`: velocities of the object at `p` through the first chain less those through the second.
-    fn loop_columns(&mut self, first: Part, second: Part, p: &Vec3) -> Result<(), RobotError> {
+    pub(super) fn loop_columns(
+        &mut self,
+        first: Part,
+        second: Part,
+        p: &Vec3,
+    ) -> Result<(), RobotError> {
         self.columns.fill(Vector6::zeros());
+        for (part, other, sign) in [(first, second, 1.0), (second, first, -1.0)] {
+            self.add_chain(part, other, p, sign)?;
+        }
+        Ok(())
+    }
+
+    /// Adds velocities at `p` that go with a chain's tip to `columns`, over the joints of it and of another chain.
+    pub(super) fn add_chain(
+        &mut self,
+        part: Part,
+        other: Part,
+        p: &Vec3,
+        sign: f64,
+    ) -> Result<(), RobotError> {
         self.move_all();
         let nv = self.tree.nv();
-        for (part, sign) in [(first, 1.0), (second, -1.0)] {
-            let arm = p - self.tip_pose(part)?.position;
-            let tip = self.model.tip(part)?;
-            // Over the whole tree: a chain may begin on another body than the other.
-            node_jacobian(&self.tree, &self.ws, tip, &mut self.jacobian);
-            let J = &self.jacobian;
-            let (own, other) = (&self.model.chain(first)?.v, &self.model.chain(second)?.v);
-            // Dofs that both chains have are taken once.
-            let dofs = own.iter().chain(other.iter().filter(|v| !own.contains(v)));
-            for v in dofs {
-                let of = |row: usize| J[row * nv + v];
-                let w = Vec3::new(of(0), of(1), of(2));
-                let at = Vec3::new(of(3), of(4), of(5)) + w.cross(&arm);
-                self.columns[*v] += Vector6::new(w.x, w.y, w.z, at.x, at.y, at.z) * sign;
-            }
+        let arm = p - self.tip_pose(part)?.position;
+        let tip = self.model.tip(part)?;
+        // Over the whole tree: a chain may begin on another body than the other.
+        node_jacobian(&self.tree, &self.ws, tip, &mut self.jacobian);
+        let J = &self.jacobian;
+        let (own, other) = (&self.model.chain(part)?.v, &self.model.chain(other)?.v);
+        // Dofs that both chains have are taken once.
+        let dofs = own.iter().chain(other.iter().filter(|v| !own.contains(v)));
+        for v in dofs {
+            let of = |row: usize| J[row * nv + v];
+            let w = Vec3::new(of(0), of(1), of(2));
+            let at = Vec3::new(of(3), of(4), of(5)) + w.cross(&arm);
+            self.columns[*v] += Vector6::new(w.x, w.y, w.z, at.x, at.y, at.z) * sign;
         }
         Ok(())
     }
@@ -277,12 +294,28 @@ fn unit(k: usize) -> Force {
     if k < 3 { Force::new(e, Vec3::zeros()) } else { Force::new(Vec3::zeros(), e) }
 }
 
+/// Rank of columns by the sum of their squares: singular values below 1e-6 of the greatest count for none. Rows are scaled as below.
+pub(super) fn columns_rank(A: &Matrix6<f64>) -> usize {
+    let scaled = scaled(A).1;
+    if scaled.iter().any(|a| !a.is_finite()) {
+        return 0;
+    }
+    let e = scaled.symmetric_eigenvalues();
+    let most = e.max();
+    e.iter().filter(|e| **e > 1e-12 * most).count()
+}
+
+/// Factors of rows, and A with ones on its diagonal.
+fn scaled(A: &Matrix6<f64>) -> (Matrix6<f64>, Matrix6<f64>) {
+    let scale = A.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
+    let S = Matrix6::from_diagonal(&scale);
+    (S, S * A * S)
+}
+
 /// A x = b for a symmetric A that is not negative, of least x where there are several. Rows are scaled to ones on the
 /// diagonal first, so that lengths and angles are told apart from zero alike.
 fn pseudo_solve(A: &Matrix6<f64>, b: &Vector6<f64>) -> Vector6<f64> {
-    let scale = A.diagonal().map(|d| if d > 0.0 { d.sqrt().recip() } else { 0.0 });
-    let S = Matrix6::from_diagonal(&scale);
-    let scaled = S * A * S;
+    let (S, scaled) = scaled(A);
     // Of no numbers the eigenvalues are looked for without end.
     if scaled.iter().any(|a| !a.is_finite()) {
         return Vector6::repeat(f64::NAN);

@@ -22,7 +22,7 @@ use linkwork_spatial::{Force, Motion, Pose, RigidInertia, Vec3};
 /// Memory for one object with joints.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
-    ws: Workspace,
+    pub ws: Workspace,
     /// The root's, which stay, and θ.
     pub q: Vec<f64>,
     v: Vec<f64>,
@@ -30,6 +30,8 @@ pub(super) struct Memory {
     tau: Vec<f64>,
     rest: Vec<f64>,
     M: Vec<f64>,
+    /// Of one of its bodies (6 × nv).
+    pub J: Vec<f64>,
     /// Of all bodies at θ, about the object's origin, its axes.
     pub inertia: RigidInertia,
     /// How far the origin of each body is from the object's, m.
@@ -47,6 +49,7 @@ impl Memory {
             tau: vec![0.0; nv],
             rest: vec![0.0; nv],
             M: vec![0.0; nv * nv],
+            J: vec![0.0; 6 * nv],
             inertia: RigidInertia::zero(),
             far: vec![0.0; linkage.multibody().bodies().len()],
         };

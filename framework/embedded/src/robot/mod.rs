@@ -1,5 +1,6 @@
 //! One instance of a robot: its configuration, what its hands hold, and the memory of every call.
 
+mod closure;
 mod collide;
 mod dual;
 mod force;
@@ -21,6 +22,7 @@ mod way;
 mod whole_body;
 mod wish;
 
+pub use closure::{Closing, ClosureRank};
 pub use collide::{Path, PathProgress};
 pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
 pub use force::Push;

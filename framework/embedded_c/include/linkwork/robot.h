@@ -462,6 +462,16 @@ typedef struct LwTipGoal {
   uint32_t seen_from;
 } LwTipGoal;
 
+// What a closed loop leaves.
+typedef struct LwClosure {
+  // Rows of the loop's equations.
+  uint32_t rows;
+  // How many of them are independent here.
+  uint32_t rank;
+  // Degrees of freedom that are left to the chains and joints of the loop.
+  uint32_t mobility;
+} LwClosure;
+
 // Who holds an object.
 typedef struct LwHold {
   // How many hands do: 0, 1 or 2. What is beyond is zero.
@@ -1311,6 +1321,27 @@ enum LwStatus lw_robot_feed_forward_with(struct LwRobot *robot,
                                          size_t push_count,
                                          double *tau,
                                          double *forces);
+
+// What the loop of two hands on an object leaves at the robot's q.
+enum LwStatus lw_robot_closure(struct LwRobot *robot, uint32_t object, struct LwClosure *out);
+
+// What is left when a hand, with what it holds, is welded to a body of an object (`lw_model_object_body`) as both stand: a key in a lock. `free` (n: the object's degrees of
+// freedom): which of its joints may move, 0 for those that stand.
+enum LwStatus lw_robot_closure_onto(struct LwRobot *robot,
+                                    uint32_t hand,
+                                    uint32_t object,
+                                    uint32_t body,
+                                    const uint8_t *free,
+                                    size_t n,
+                                    struct LwClosure *out);
+
+// The Jacobian of a body of an object (6 rows of its m degrees of freedom, row after row; `n` = 6 m): rates of the object's joints to the angular, then linear velocity of the body relative
+// to where the object is held or stands, at the body's origin, world axes.
+enum LwStatus lw_robot_object_jacobian(struct LwRobot *robot,
+                                       uint32_t object,
+                                       uint32_t body,
+                                       double *J,
+                                       size_t n);
 
 // Where a body that hangs on an object (`lw_model_object_body`) is in the world.
 enum LwStatus lw_robot_object_body_pose(struct LwRobot *robot,

@@ -657,6 +657,21 @@ class Robot {
     check(lw_robot_object_body_pose(get(), object, body, &out));
     return out;
   }
+  /// Of both hands of an object.
+  LwClosure closure(std::uint32_t object) {
+    LwClosure out;
+    check(lw_robot_closure(get(), object, &out));
+    return out;
+  }
+  /// Of a hand that is welded to a body of an object; `free`: not 0 for its joints that may move.
+  LwClosure closure(std::uint32_t hand, std::uint32_t object, std::uint32_t body, std::span<const std::uint8_t> free) {
+    LwClosure out;
+    check(lw_robot_closure_onto(get(), hand, object, body, free.data(), free.size(), &out));
+    return out;
+  }
+  void object_jacobian(std::uint32_t object, std::uint32_t body, std::span<double> J) {
+    check(lw_robot_object_jacobian(get(), object, body, J.data(), J.size()));
+  }
   void mass_matrix_with(std::uint32_t object, std::span<double> M) {
     check(lw_robot_mass_matrix_with(get(), object, M.data(), M.size()));
   }

@@ -83,7 +83,9 @@ pub(crate) fn compile_phase(
     }
     let entries = find_entries(spec, catalogue, &mut faults);
     let services = build_services(spec, &entries, files, &mut faults);
-    let mut parts = build_models(&entries, &services, files, &mut faults);
+    let mut warnings = Vec::new();
+    let told = (&mut faults, &mut warnings);
+    let mut parts = build_models(&entries, &services, files, told);
     let own = bindings::own(&parts);
     let with_own;
     let spec = if own.is_empty() {
@@ -100,7 +102,6 @@ pub(crate) fn compile_phase(
         .collect();
     let host_spec = bindings::host_spec(spec);
     let delays = delays::split(spec);
-    let mut warnings = Vec::new();
     let mut lowering =
         host::Lowering { wires: Vec::new(), faults: &mut faults, warnings: &mut warnings };
     let host = bindings::bind(spec, &parts, &absent, &services, &mut lowering);
@@ -214,7 +215,7 @@ pub fn check_parts(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Vec<Fau
     let mut faults = Vec::new();
     let entries = find_entries(spec, catalogue, &mut faults);
     let services = build_services(spec, &entries, files, &mut faults);
-    build_models(&entries, &services, files, &mut faults);
+    build_models(&entries, &services, files, (&mut faults, &mut Vec::new()));
     faults
 }
 
@@ -284,7 +285,7 @@ fn build_models<'a>(
     entries: &[(&'a PartSpec, &Entry)],
     services: &Services,
     files: &Files,
-    faults: &mut Vec<Fault>,
+    (faults, warnings): (&mut Vec<Fault>, &mut Vec<Fault>),
 ) -> Vec<Part<'a>> {
     let mut parts = Vec::new();
     let site = services.in_a_site();
@@ -304,6 +305,7 @@ fn build_models<'a>(
             parts.push(Part { spec: part, prototype, wiring: Wiring::default(), asks });
         }
         faults.append(&mut located(cx.faults, part));
+        warnings.append(&mut located(cx.warnings, part));
     }
     parts
 }

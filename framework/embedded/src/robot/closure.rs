@@ -1,0 +1,156 @@
+//! Loops that hands close, with one another through an object or with an object that stands in the world: the motions that they leave.
+//!
+//! ```text
+//! hands on one object      C = J_L − J_R                          at the object's origin, over the joints of both chains
+//! hand onto a body         C = J_H − J_K − J_B                    at the body's origin; J_B: the object's own joints that may move,
+//!                                                                 J_K: the chain that carries the object, when a hand does
+//! mobility                 n − rank C                             n: columns of C
+//! ```
+//! A hand that is welded onto a body of an object: a key in a lock, a hand on a lever. The loop is taken as it stands.
+
+use super::Robot;
+use super::dual::columns_rank;
+use crate::error::RobotError;
+use crate::linkage::ROOT_V;
+use crate::model::Object;
+use crate::part::Part;
+use linkwork_dynamics::{body_jacobian, poses};
+use linkwork_multibody::BodyId;
+use linkwork_spatial::nalgebra::{Matrix6, Vector6};
+use linkwork_spatial::{Motion, Vec3};
+
+/// A loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Closing<'a> {
+    /// Both hands of an object.
+    Hands(Object),
+    /// A hand, with what it holds, welded to a body of an object with joints.
+    Onto {
+        /// The hand.
+        hand: Part,
+        /// The object.
+        object: Object,
+        /// Its body ([`RobotModel::object_body`](crate::RobotModel::object_body)).
+        body: BodyId,
+        /// Which of the object's joints may move (nv of its own); the others stand.
+        free: &'a [bool],
+    },
+}
+
+/// What a loop leaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClosureRank {
+    /// Rows of the loop's equations.
+    pub rows: usize,
+    /// How many of them are independent here.
+    pub rank: usize,
+    /// Degrees of freedom that are left to the chains and joints of the loop.
+    pub mobility: usize,
+}
+
+impl Robot {
+    /// The Jacobian of a body of an object (6 × n, row after row): rates of the object's own n degrees of freedom to the velocity [ω; v] of the
+    /// body relative to where the object is held or stands, at the body's origin, world axes. Its transpose gives the forces at the joints that balance a wrench
+    /// on the body.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::Length`].
+    pub fn object_jacobian(
+        &mut self,
+        object: Object,
+        body: BodyId,
+        J: &mut [f64],
+    ) -> Result<(), RobotError> {
+        let n = self.object_columns(object, body)?;
+        if J.len() != 6 * n {
+            return Err(RobotError::Length { what: "J", got: J.len(), wanted: 6 * n });
+        }
+        if let Some(m) = &self.linkages[object.index()] {
+            let rows = m.J.chunks_exact(ROOT_V + n);
+            for (out, row) in J.chunks_exact_mut(n).zip(rows) {
+                out.copy_from_slice(&row[ROOT_V..]);
+            }
+        }
+        Ok(())
+    }
+
+    /// What a loop leaves at q and at the object's joints as they are. O(nv).
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`]; of both hands [`RobotError::NotHeld`] and [`RobotError::EmptyHand`] (no second hand);
+    /// onto a body [`RobotError::NoJoints`], [`RobotError::Length`], and [`RobotError::Held`] by this hand: it closes no loop.
+    pub fn closure(&mut self, closing: Closing<'_>) -> Result<ClosureRank, RobotError> {
+        let model = self.model.clone();
+        let mut A = Matrix6::zeros();
+        let mut n = 0;
+        let mut take = |c: Vector6<f64>| {
+            A += c * c.transpose();
+            n += 1;
+        };
+        match closing {
+            Closing::Hands(object) => {
+                let (first, second) = self.hands(object)?;
+                let p = self.object_pose(object)?.position;
+                self.loop_columns(first, second, &p)?;
+                let (l, r) = (&model.chain(first)?.v, &model.chain(second)?.v);
+                let both = l.iter().chain(r.iter().filter(|v| !l.contains(v)));
+                both.for_each(|v| take(self.columns[*v]));
+            }
+            Closing::Onto { hand, object, body, free } => {
+                let own = &model.chain(hand)?.v;
+                let joints = self.object_columns(object, body)?;
+                if free.len() != joints {
+                    let (got, wanted) = (free.len(), joints);
+                    return Err(RobotError::Length { what: "free", got, wanted });
+                }
+                let p = self.object_body_pose(object, body)?.position;
+                let carrier = self.hold(object)?.map(|h| h.hand.0);
+                if carrier == Some(hand) {
+                    return Err(RobotError::Held { object: object.index() });
+                }
+                match carrier {
+                    Some(carrier) => {
+                        self.loop_columns(hand, carrier, &p)?;
+                        let other = &model.chain(carrier)?.v;
+                        let both = own.iter().chain(other.iter().filter(|v| !own.contains(v)));
+                        both.for_each(|v| take(self.columns[*v]));
+                    }
+                    None => {
+                        self.chain_columns(hand, &p, 1.0)?;
+                        own.iter().for_each(|v| take(self.columns[*v]));
+                    }
+                }
+                if let Some(m) = &self.linkages[object.index()] {
+                    for (k, _) in free.iter().enumerate().filter(|(_, free)| **free) {
+                        let of = |row: usize| m.J[row * (ROOT_V + joints) + ROOT_V + k];
+                        take(-Vector6::from_fn(|row, _| of(row)));
+                    }
+                }
+            }
+        }
+        let rank = columns_rank(&A);
+        Ok(ClosureRank { rows: 6, rank, mobility: n - rank })
+    }
+
+    /// The Jacobian of an object's body over all of its tree into its memory; the number of its joints' degrees of freedom.
+    fn object_columns(&mut self, object: Object, body: BodyId) -> Result<usize, RobotError> {
+        // Refuses what is not there.
+        self.object_body_pose(object, body)?;
+        let X_WO = self.object_pose(object)?;
+        let (Some(linkage), Some(m)) =
+            (&self.model.linkages[object.index()], &mut self.linkages[object.index()])
+        else {
+            return Err(RobotError::NoJoints { object: object.index() });
+        };
+        m.ws.set_base(&X_WO, &Motion::zero(), &Motion::zero());
+        poses(&linkage.tree, &mut m.ws, &m.q);
+        body_jacobian(&linkage.tree, &m.ws, body, &mut m.J);
+        Ok(linkage.tree.nv() - ROOT_V)
+    }
+
+    /// Velocities at `p` through a chain into `columns`; zeros elsewhere.
+    fn chain_columns(&mut self, part: Part, p: &Vec3, sign: f64) -> Result<(), RobotError> {
+        self.columns.fill(Vector6::zeros());
+        self.add_chain(part, part, p, sign)
+    }
+}
