@@ -237,10 +237,10 @@ def tips(robot, q):
 def test_two_tips_at_once_in_the_world_and_as_one_sees_the_other():
     _, m, robot = dual()
     rng = np.random.default_rng(7)
-    low, high = np.array([[-2.6], [2.6]]) * np.ones(m.nq)
+    low, high = np.clip(m.position_limits, -2.6, 2.6)
     for _ in range(6):
-        left, right = tips(robot, rng.uniform(low, high) * 0.9)
-        robot.q = np.clip(rng.uniform(low, high), -1, 1)
+        left, right = tips(robot, rng.uniform(low, high))
+        robot.q = rng.uniform(low, high)
         between = np.linalg.inv(left) @ right
         for goals in ({"left": left, "right": right}, [lw.Target("left", left), lw.Target("right", between, relative_to="left")]):
             search = robot.begin_inverse_kinematics_together(goals)
