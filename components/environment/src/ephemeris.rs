@@ -97,7 +97,8 @@ impl Heavens {
         let length = self.span.min(last).max(ROUNDING);
         let table = Sampled::new(&*source, body, origin, &self.epoch, length);
         let table = table.map_err(|e| named(&e))?;
-        Ok(Course { source, body, origin, start, table, range: [first, last], ends })
+        let epoch = self.epoch;
+        Ok(Course { source, body, origin, epoch, start, table, range: [first, last], ends })
     }
 }
 
@@ -106,7 +107,9 @@ pub(crate) struct Course {
     source: Arc<Source>,
     body: Body,
     origin: Body,
-    /// TDB at t = 0, days past J2000 in two parts.
+    /// The date of t = 0.
+    epoch: Epoch,
+    /// The same, TDB, days past J2000 in two parts.
     start: (f64, f64),
     table: Sampled,
     /// First and last t for which the source answers, s.
@@ -142,14 +145,13 @@ impl Course {
     #[cold]
     fn told(&self, t: f64) -> BuildError {
         let [first, last] = self.ends.map(date);
-        let begin = self.start.0 * 86_400.0 + self.start.1 * 86_400.0;
         let fact = format!(
             "{} has the {:?} from the {:?} from {first} to {last}, and not at {}, t = {t} s after the epoch {}",
             self.source.name(),
             self.body,
             self.origin,
-            date(begin + t),
-            date(begin),
+            self.epoch.plus(t),
+            self.epoch,
         );
         let help = format!(
             "end the run before t = {:.0} s, begin it at another epoch, or write in `planet` a `kernel` (SPK file) that covers it",

@@ -27,10 +27,11 @@ fn coefficients(mu: f64, radius: f64, lopsided: bool) -> String {
 }
 
 /// Past the Moon, whose field has degree 2 and turns with it, with the Earth as the other centre: the flight that is integrated about the
-/// Earth is the one about the Moon. The kernel has the two on Kepler's ellipse, which is what both equations of motion take them for.
+/// Earth is the one about the Moon. The kernel has the two on Kepler's ellipse, which is what both equations of motion take them for, near J2000, where
+/// its seconds tell nanometres: in 2027 a double of them is 0.1 µs, 0.1 mm of the Moon's way.
 #[test]
 fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
-    let epoch = "2027-05-01 00:00:00 UTC";
+    let epoch = "2000-01-02 00:00:00 TDB";
     let folder = tempfile::tempdir().unwrap();
     let (days, part) = Epoch::parse(epoch).unwrap().tdb_days();
     let start = days * 86_400.0 + part * 86_400.0;
@@ -49,10 +50,10 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
     let file = |name: &str| format!("{:?}", folder.path().join(name).display().to_string());
     std::fs::write(folder.path().join("earth.txt"), coefficients(MU_EARTH, RADIUS, false)).unwrap();
     std::fs::write(folder.path().join("moon.txt"), coefficients(MU_MOON, 1.738e6, true)).unwrap();
-    // 40 000 km from the Moon, to within 3000 km of its centre.
+    // 40 000 km from the Moon, to within 14 000 km of its centre.
     let from_moon = PointMotion {
         position: Vec3::new(3.4e7, -2.0e7, 4.0e6),
-        velocity: Vec3::new(-1180.0, 870.0, -60.0),
+        velocity: Vec3::new(-1180.0, 1500.0, -60.0),
     };
     let fly = |centre: &str, third: &str, start: &PointMotion, fields: &str| {
         let (p, v) = (start.position, start.velocity);
@@ -63,7 +64,7 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
         "Gravity": (model: "environment.spherical_harmonics", params: {{ "file": {}, "format": basilisk, "degree": 2, "third_bodies": ["{third}"], "fields": [{fields}],
             "planet": (body: "{centre}", turns: "iau", epoch: "{epoch}", span: "2 day", kernel: {}) }}),
     }},
-    step: "400 s", integrator: "verner_87", accuracy: (relative: 1e-14, absolute: 1e-14), until: "60000 s",
+    step: "200 s", integrator: "verner_87", until: "60000 s",
 )"#,
             p.x,
             p.y,
@@ -102,7 +103,7 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
         "{:.1e} m apart, {nearest:.3e} m from the Moon; its shape is worth {shape:.1e} m",
         worst.0
     );
-    assert!(nearest > 1.8e6 && nearest < 6e6 && shape > 100.0);
+    assert!(nearest > 1e7 && nearest < 2e7 && shape > 1.0);
     worst.below(1e-6, "position, m");
     // What is no centre here is refused.
     let twice = text_with_fields(&format!("{field}, {field}"), &file("earth.txt"), epoch);
@@ -179,7 +180,7 @@ fn text(folder: &tempfile::TempDir, epoch: &str) -> String {
     )
 }
 
-/// Past a Moon that is where no series has it, for its six days: two of the table, four of the kernel itself. The orbit is that of
+/// Past a Moon that is where no series has it, for its six days: one of the table, five of the kernel itself. The orbit is that of
 /// Cowell's equation with the same pulls, by another integrator.
 #[test]
 fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
@@ -193,7 +194,7 @@ fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
     };
     let (mut r, mut v, h) =
         (Vec3::new(2.4e8, 1.5e8, -0.7e8), Vec3::new(-400.0, 700.0, 100.0), 50.0);
-    for k in 0..8000 {
+    for k in 0..4000 {
         let t = f64::from(k) * h;
         // Runge-Kutta-Nyström.
         let k1 = pull(t, r);
@@ -202,9 +203,9 @@ fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
         r += v * h + (k1 + k2 * 2.0) * (h * h / 6.0);
         v += (k1 + k2 * 4.0 + k3) * (h / 6.0);
     }
-    sim.run_until(seconds(4e5)).unwrap();
+    sim.run_until(seconds(2e5)).unwrap();
     let off = (get(&sim, "craft.position") - r).norm();
-    let near = (r - (moon(4e5) - EARTH)).norm();
+    let near = (r - (moon(2e5) - EARTH)).norm();
     println!("{off:.1e} m apart; {near:.3e} m from the Moon");
     assert!(off < 1e-3, "{off}");
     let told = sim.run_until(seconds(8e5)).unwrap_err().to_string();
@@ -212,9 +213,9 @@ fn a_kernel_moves_sun_and_moon_and_the_run_stops_where_it_ends() {
     assert_eq!(sim.time(), 518_000.0, "{told}");
     for part in [
         "`Gravity`: the kernel `",
-        "made.bsp` has the Moon from the Earth from 2150-03-01T11:59:59",
-        " to 2150-03-07T11:59:59",
-        "after the epoch 2150-03-01T11:59:59",
+        "made.bsp` has the Moon from the Earth from 2150-03-01T12:00:00",
+        " to 2150-03-07T12:00:00",
+        "after the epoch 2150-03-01T12:00:00",
     ] {
         assert!(told.contains(part), "{part}: {told}");
     }
@@ -247,8 +248,9 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
         &late,
         &[
             "`Sun.planet`",
-            "no way between bodies 10 and 399 at 2012-09-06",
-            "to 2012-08-16",
+            "at the epoch 2012-09-06T00:00:00",
+            "no way between bodies 10 and 399",
+            "to 2012-08-16T00:00:00",
             "covers this time",
         ],
     );

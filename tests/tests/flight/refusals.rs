@@ -144,7 +144,7 @@ fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
             "t = {} s: `Gravity`: the built-in ephemeris has the Sun from the Earth",
             sim.time()
         ),
-        "from 1900-01-01T11:59:",
+        "from 1899-12-31T11:59:",
         " to 2100-01-01T11:58:",
         "after the epoch 2099-12-25T00:00:00",
         "help: end the run before t = 647930 s",

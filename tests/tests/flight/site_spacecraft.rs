@@ -112,10 +112,6 @@ enum Control {
 
 /// A lopsided craft with wheels, a control moment gyro, coils, panels in the light, gyros and a star tracker.
 fn craft(from: From, control: Control) -> Simulation {
-    let field = match from {
-        From::Site => String::new(),
-        From::Inertial => format!("\"rate\": {RATE:?}, \"angle\": 0.3"),
-    };
     let axes = [Vec3::new(0.8, 0.0, 0.6), Vec3::new(-0.6, 0.64, 0.48), Vec3::new(0.0, -0.6, 0.8)];
     let (mut nodes, mut wheels, mut wires) = (String::new(), String::new(), String::new());
     for (k, g) in axes.iter().enumerate() {
@@ -157,7 +153,7 @@ fn craft(from: From, control: Control) -> Simulation {
         {wheels}
         "Turn": (model: "basics.sine", params: {{ "amplitude": 0.01, "frequency": 0.02 }}),
         "Moment": (model: "flight.control_moment_gyro", params: {{ "momentum": 20, "angle": 0.4 }}, bind: {{ "gimbal": "node:craft/gyro" }}),
-        "Field": (model: "flight.magnetic_field", params: {{ {field} }}, bind: {{ "body": "node:craft" }}),
+        "Field": (model: "flight.magnetic_field", bind: {{ "body": "node:craft" }}),
         "Coils": (model: "flight.magnetic_torquer", params: {{ "dipole_max": 300 }}, bind: {{ "body": "node:craft" }}),
         "Light": (model: "flight.panel_radiation_pressure", bind: {{ "body": "node:craft" }}, params: {{
             "planet_radius": {RADIUS:?}, "albedo": 0.25, "infrared": 0.75, "panels": [

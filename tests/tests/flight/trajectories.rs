@@ -216,6 +216,7 @@ fn accelerations_of_the_full_force_model() {
         order: None,
         planet,
         third_bodies,
+        fields: vec![],
         love: 0.0,
     };
     let own = PlanetParams::of(Centre::Earth);

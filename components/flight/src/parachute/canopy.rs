@@ -193,10 +193,11 @@ impl Canopy {
         (node.velocity - air.wind).norm() / air.speed_of_sound.max(1e-9)
     }
 
-    /// How far `mach` is below the end of the table, as a share of its width; what is packed away meets no air.
-    fn inside(&self, mach: f64, share: f64) -> f64 {
+    /// How far below the end of the table `mach` is, as a share of its width; what is packed away meets no air.
+    fn inside(&self, mach: f64, d: &Filling) -> f64 {
         let [first, last] = self.efficiency.ends();
-        if share > 0.0 && last > first { (last - mach) / (last - first) } else { 1.0 }
+        let open = d.stage > 0.5 || self.p.packed > 0.0;
+        if open && last > first { (last - mach) / (last - first) } else { 1.0 }
     }
 
     /// Time of the next stage, after the first.
@@ -265,7 +266,7 @@ impl Model for Canopy {
         }
         let load = Wrench { moment: Vec3::zeros(), force };
         CanopyOut {
-            load: p.outside.apply(load, self.inside(mach, f)),
+            load: p.outside.apply(load, self.inside(mach, d)),
             added: AddedMass::of(apparent_mass, &Vec3::zeros(), &Vec3::zeros()),
             drag,
             drag_area,
@@ -283,11 +284,9 @@ impl Model for Canopy {
             let next = self.next_stage(d).unwrap_or(f64::INFINITY).min(end);
             if next.is_finite() { c.t - next } else { -1.0 }
         };
-        let share = self.share(c.t, d).0;
-        // Without a table over Mach numbers, and when all is told, the air is not asked again.
-        let [first, last] = self.efficiency.ends();
-        let open = share > 0.0 && last > first && !d.outside;
-        let inside = if open { self.inside(self.mach(c.t, &u.canopy), share) } else { 1.0 };
+        // When all is told the air is not asked again.
+        let told = d.outside || (d.stage < 0.5 && self.p.packed == 0.0);
+        let inside = if told { 1.0 } else { self.inside(self.mach(c.t, &u.canopy), d) };
         NextChange { since, command: u.deploy - 0.5, inside }
     }
     fn fired(

@@ -94,14 +94,20 @@ pub(crate) fn seconds(tdb: (f64, f64)) -> f64 {
     tdb.0 * 86_400.0 + tdb.1 * 86_400.0
 }
 
-/// The date of a TDB second past J2000, UTC, to 2 ms: for messages.
+/// The date of a TDB second past J2000, UTC, to a hundredth of a second: for messages.
 #[must_use]
 pub fn date(et: f64) -> String {
     // Beyond thirty thousand years, and for what is no number, there is no calendar.
-    match et.abs() < 1e12 {
-        true => Epoch::j2000().plus(et).to_string(),
-        false => format!("{et} s past J2000"),
+    if !(et.abs() < 1e12) {
+        return format!("{et} s past J2000");
     }
+    // TDB is up to 2 ms from TT: rounded as UTC is, which is whole seconds and 0.184 s from TT.
+    let hundredths = ((et - 0.184) * 100.0).round();
+    let whole = (hundredths / 100.0).floor();
+    let rest = (hundredths - 100.0 * whole) / 100.0 + 0.184;
+    // Days and their seconds apart: nanoseconds of a century are no whole number in a double.
+    let days = (whole / 86_400.0).floor() * 86_400.0;
+    Epoch::j2000().plus(days).plus(whole - days).plus(rest).to_string()
 }
 
 /// Sun, Earth and Moon by SOFA, the other planets by Keplerian elements.
