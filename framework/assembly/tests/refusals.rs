@@ -148,10 +148,9 @@ fn wrong_kinds_of_values() {
             "parts: {}, figures: { \"a\": (take: last), \"b\": (of: \"x\", when: \"x > 1\"), \"c\": (when: \"x > 1\", unit: \"m\") }",
         ),
         &[
-            "figure `a`: it is of nothing",
+            "figure `a`: it is of nothing\n  --> sim.ron:2:24\n  help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
             "figure `b`: it is of a variable and of a condition",
             "figure `c`: a condition has no unit",
-            "help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
         ],
     );
 }
