@@ -16,7 +16,7 @@ pub struct CaptureParams {
     #[param(unit = "m", default = 0.05, range = 1e-6..)]
     pub radius: f64,
     /// Angle between them within which it catches.
-    #[param(unit = "rad", default = 0.087, range = 1e-6..=3.14)]
+    #[param(unit = "rad", default = 0.087, range = 1e-6..=3.0)]
     pub angle: f64,
     /// Speed up to which it catches.
     #[param(unit = "m/s", default = 0.1, range = 0.0..)]
