@@ -258,3 +258,49 @@ def test_bad_input():
         assert tree.constraint_rank([0.3]).mobility == 1
         assert (tree.close([0.3]) == [0.3]).all()
         assert tree.constrained_dynamics([0.3], [0.0], [0.0]).vdot == tree.forward_dynamics([0.3], [0.0], [0.0])
+
+
+def linkage_files(folder):
+    """One linkage as MJCF with a `connect`, as URDF beside a side-car with a loop, and as a simulation in RON with a loop."""
+    at = {"crank": 0.0, "rod": 0.2, "rocker": 0.4}
+    parents = {"crank": "world", "rod": "crank", "rocker": "world"}
+    inertial = '<inertial pos="0.1 0 0" mass="1" diaginertia="0.01 0.01 0.01"/><joint type="hinge" axis="0 0 1"/>'
+    mjcf = lambda name, inner="": f'<body name="{name}" pos="{at[name]} 0 0">{inertial}{inner}</body>'
+    machine = mjcf("crank", mjcf("rod")) + mjcf("rocker")
+    connect = '<equality><connect name="knee" body1="rod" body2="rocker" anchor="0.3 0 0"/></equality>'
+    (folder / "bar.xml").write_text(f'<mujoco model="bar"><worldbody>{machine}</worldbody>{connect}</mujoco>')
+    link = '<inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links = "".join(f'<link name="{name}">{link}</link>' for name in at)
+    joints = "".join(
+        f'<joint name="{name}_joint" type="continuous"><parent link="{parents[name].replace("world", "base")}"/>'
+        f'<child link="{name}"/><origin xyz="{x} 0 0"/><axis xyz="0 0 1"/></joint>'
+        for name, x in at.items()
+    )
+    (folder / "bar.urdf").write_text(f'<robot name="bar"><link name="base"/>{links}{joints}</robot>')
+    side = '"knee": (a: (body: "rod", position: [0.3, 0, 0]), b: (body: "rocker", position: [0.1, 0, 0]), hinge: Ball)'
+    (folder / "bar.linkwork.ron").write_text(f"SideCar(loops: {{ {side} }})")
+    body = '"{}": (parent: "{}", at: (position: [{}, 0, 0]), hinge: Pin([0, 0, 1]), mass: 1, com: [0.1, 0, 0], inertia: [0.01, 0.01, 0.01])'
+    bodies = ", ".join(body.format(name, parents[name], x) for name, x in at.items())
+    loop = '"knee": (a: "rod", at_a: (position: [0.3, 0, 0]), b: "rocker", at_b: (position: [0.1, 0, 0]), hinge: Ball)'
+    (folder / "bar.ron").write_text(f'Simulation(doc: "A linkage.", bodies: {{ {bodies} }}, loops: {{ {loop} }}, until: "1 s")')
+    return [folder / f"bar.{kind}" for kind in ("xml", "urdf", "ron")]
+
+
+def test_loops_of_files_arrive(tmp_path):
+    """The loop of each file is a constraint of its mechanism, and closes the same linkage."""
+    closed = []
+    for path in linkage_files(tmp_path):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            linkage = lw.load(path)
+        (loop,) = linkage.constraints
+        assert (linkage.nv, loop.kind, sorted(loop.bodies)) == (3, "loop", ["rocker", "rod"]), path
+        order = [linkage.bodies.index(name) for name in ("crank", "rod", "rocker")]
+        q = np.empty(3)
+        q[np.argsort(np.argsort(order))] = [0.6, -0.9, 0.5]
+        assert linkage.constraint_errors(q)[loop.name] > 1e-3
+        q = linkage.close(q)
+        assert linkage.constraint_errors(q)[loop.name] < 1e-12
+        closed.append([q[k] for k in np.argsort(np.argsort(order))])
+    for other in closed[1:]:
+        assert other == pytest.approx(closed[0], abs=1e-9)

@@ -1,13 +1,14 @@
 //! What hands hold: objects, rigid or with joints, taken and let go.
 use super::{Given, Robot, base};
-use crate::array::{Array1, Array2, mat3, out_pose, out1, pose, vec3, vector};
+use crate::array::{Array1, Array2, mat3, out_pose, out1, out2, pose, vec3, vector};
 use crate::error::{refuse_with, unless_own};
 use crate::mechanism::Mechanism;
-use linkwork_embedded::{self as embedded, ModelSpec, ObjectSpec};
-use linkwork_multibody::Multibody;
+use linkwork_embedded::{self as embedded, Closing, ModelSpec, ObjectSpec};
+use linkwork_multibody::{BodyId, Multibody};
 use linkwork_runtime::remedy;
 use linkwork_spatial::MassProperties;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// What a hand holds, for `with`: at its end the hand lets go.
 ///
@@ -73,6 +74,20 @@ fn jointed(name: String, mbs: &Multibody, spec: &mut ModelSpec) -> PyResult<()> 
     spec.linkages.loops_mut().extend(mbs.loops().iter().map(|l| l.closure.clone()));
     spec.linkages.couplings_mut().extend(mbs.couplings().iter().map(|c| c.coupling.clone()));
     Ok(())
+}
+
+/// The body of an object that has this name.
+fn body_of(slf: &Bound<'_, Robot>, object: &str, body: &str) -> PyResult<BodyId> {
+    let own = base(slf);
+    own.model.object_body(own.object(object)?, body).map_or_else(
+        || {
+            let known = Robot::object_bodies(slf, object)?;
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            let help = remedy(body, "bodies", &known);
+            Err(refuse_with(format!("`{object}` has no body `{body}`"), help))
+        },
+        Ok,
+    )
 }
 
 #[pymethods]
@@ -231,13 +246,64 @@ impl Robot {
         if body == object {
             return out_pose(slf.py(), &own.ask(|r| r.object_pose(what))?);
         }
-        let Some(id) = own.model.object_body(what, body) else {
-            let known = Self::object_bodies(slf, object)?;
-            let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            let help = remedy(body, "bodies", &known);
-            return Err(refuse_with(format!("`{object}` has no body `{body}`"), help));
-        };
+        let id = body_of(slf, object, body)?;
         out_pose(slf.py(), &own.ask(|r| r.object_body_pose(what, id))?)
+    }
+
+    /// The Jacobian (6, n) of a body of an object: rates of the object's n joints to the velocity [w; v] of the body relative to where the object is held or stands, at
+    /// its origin, world axes. Raises LinkworkError for an object without joints, and a body that is not there.
+    ///
+    /// >>> fitter.put("pliers", [0, 0, 0])
+    /// >>> fitter.object_jacobian("pliers", "jaw")[:, 0].tolist()
+    /// [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
+    fn object_jacobian<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        body: &str,
+    ) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        let id = body_of(slf, object, body)?;
+        let n = own.ask(|r| r.object_q(what).map(<[f64]>::len))?;
+        let mut J = vec![0.0; 6 * n];
+        own.ask(|r| r.object_jacobian(what, id, &mut J))?;
+        out2(slf.py(), J, 6, n)
+    }
+
+    /// What a closed loop leaves, as a dict of `rows`, `rank` and `mobility`: of both hands of an object; with `hand` and `body` of a hand that is welded to a body of it as both stand, such as a key in a
+    /// lock. `free`: for each joint of the object whether it may move; unwritten: all may. Raises LinkworkError for an object that is not held by two hands, and for names that are not there.
+    ///
+    /// >>> fitter.closure("pliers", hand="arm", body="jaw")["rows"]
+    /// 6
+    #[pyo3(signature = (object, *, hand=None, body=None, free=None))]
+    fn closure<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        hand: Option<&str>,
+        body: Option<&str>,
+        free: Option<Vec<bool>>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        let found = match (hand, body) {
+            (None, None) if free.is_none() => own.ask(|r| r.closure(Closing::Hands(what)))?,
+            (Some(hand), Some(body)) => {
+                let (hand, id) = (own.part(hand)?, body_of(slf, object, body)?);
+                let n = own.ask(|r| r.object_q(what).map(<[f64]>::len))?;
+                let free = free.unwrap_or_else(|| vec![true; n]);
+                let onto = Closing::Onto { hand, object: what, body: id, free: &free };
+                own.ask(|r| r.closure(onto))?
+            }
+            _ => {
+                let help = "give both, and `free` with them, or none of them";
+                return Err(refuse_with("a loop onto a body has a hand and a body", help));
+            }
+        };
+        let out = PyDict::new(slf.py());
+        out.set_item("rows", found.rows)?;
+        out.set_item("rank", found.rank)?;
+        out.set_item("mobility", found.mobility)?;
+        Ok(out)
     }
 }
 
