@@ -450,7 +450,7 @@ mod tests {
         let turn =
             Quat::from_axis_angle(&Vec3::x_axis(), 0.6) * Quat::from_axis_angle(&Vec3::z_axis(), w);
         let r = turn * Vec3::new(f.cos(), f.sin(), 0.0) * (p / (1.0 + e * f.cos()));
-        let v = turn * Vec3::new(-f.sin(), e + f.cos(), 0.0) * (MU / p as f64).sqrt();
+        let v = turn * Vec3::new(-f.sin(), e + f.cos(), 0.0) * (MU / p).sqrt();
         let mean = |f: f64| {
             let s = 2.0 * (((1.0 - e) / (1.0 + e)).sqrt() * (0.5 * f).tan()).atan();
             s - e * s.sin()

@@ -251,7 +251,7 @@ impl Robot {
     }
 
     /// The Jacobian (6, n) of a body of an object: rates of the object's n joints to the velocity [w; v] of the body relative to where the object is held or stands, at
-    /// its origin, world axes. Raises LinkworkError for an object without joints, and a body that is not there.
+    /// its origin, world axes; in rad/s and m/s by the joints' rad/s and m/s. Raises LinkworkError for an object without joints, and a body that is not there.
     ///
     /// >>> fitter.put("pliers", [0, 0, 0])
     /// >>> fitter.object_jacobian("pliers", "jaw")[:, 0].tolist()
