@@ -172,23 +172,21 @@ pub fn to_target(
     (range, error, v.norm(), rise)
 }
 
-/// Rate for the next `dt` of what has still `error` to go and moves at `rate`: within both limits, and such that it can come
+/// Step in the next `dt` of what has still `error` to go and moves at `rate`: within both limits, and such that it can come
 /// to rest there without going past. With n + 1 samples left in which the rate r falls by a Δ each, the way is
 /// Δ ((n + 1) r − a Δ n (n + 1)/2).
 fn follow(error: f64, rate: f64, (rate_max, acceleration_max): (f64, f64), dt: f64) -> f64 {
-    if !(dt > 0.0) {
-        return 0.0;
-    }
-    let change = acceleration_max * dt;
-    let stopping = if change.is_finite() {
-        let samples = error.abs() / (change * dt);
-        let n = (0.5 * ((1.0 + 8.0 * samples).sqrt() - 3.0)).ceil().max(0.0);
-        error.abs() / (dt * (n + 1.0)) + 0.5 * change * n
+    let (most, change) = (rate_max * dt, acceleration_max * dt * dt);
+    let stopping = if change.is_finite() && change > 0.0 {
+        let n = (0.5 * ((1.0 + 8.0 * error.abs() / change).sqrt() - 3.0)).ceil().max(0.0);
+        error.abs() / (n + 1.0) + 0.5 * change * n
     } else {
-        error.abs() / dt
+        error.abs()
     };
-    let wanted = error.signum() * stopping.min(rate_max);
-    wanted.clamp(rate - change, rate + change).clamp(-rate_max, rate_max)
+    let wanted = error.signum() * stopping.min(most);
+    let now = rate * dt;
+    let within = if change.is_finite() { wanted.clamp(now - change, now + change) } else { wanted };
+    within.clamp(-most, most)
 }
 
 impl EntryGuidance {
@@ -226,8 +224,9 @@ impl EntryGuidance {
             }
             size * out.side
         };
-        out.rate = follow(wanted - d.bank, d.rate, (p.rate_max, p.acceleration_max), c.dt);
-        out.bank = d.bank + out.rate * c.dt;
+        let step = follow(wanted - d.bank, d.rate, (p.rate_max, p.acceleration_max), c.dt);
+        out.bank = d.bank + step;
+        out.rate = if c.dt > 0.0 { step / c.dt } else { 0.0 };
         out
     }
 }
@@ -428,7 +427,7 @@ mod tests {
         for wanted in [-2.0, -0.3, 0.004, 0.05, 0.7, 2.4] {
             let (mut bank, mut rate, mut arrived) = (0.0_f64, 0.0_f64, None);
             for k in 0..200 {
-                let next = follow(wanted - bank, rate, (rate_max, most), dt);
+                let next = follow(wanted - bank, rate, (rate_max, most), dt) / dt;
                 assert!(next.abs() <= rate_max * (1.0 + 1e-12));
                 assert!((next - rate).abs() <= most * dt * (1.0 + 1e-9), "{next} after {rate}");
                 bank += next * dt;
@@ -450,8 +449,8 @@ mod tests {
             assert!(took < least + 3.0 * dt, "{took} s, {least} at least");
         }
         // Without the limit as before: at once, at most by the rate.
-        assert_eq!(follow(0.01, 0.0, (0.35, f64::INFINITY), 0.25), 0.04);
-        assert_eq!(follow(-9.0, 0.35, (0.35, f64::INFINITY), 0.25), -0.35);
+        assert_eq!(follow(0.01, 0.0, (0.35, f64::INFINITY), 0.25), 0.01);
+        assert_eq!(follow(-9.0, 0.35, (0.35, f64::INFINITY), 0.25), -0.35 * 0.25);
     }
 
     #[test]
