@@ -4,7 +4,8 @@
 //! catches     when |p| < `radius`, |φ| < `angle`, |v| < `speed_max`, |ω| < `rate_max`
 //! from then   F = −k p − c v,  M = −k_φ φ − c_φ ω        on b, in the axes of a, at b; the opposite on a, at the same point
 //! ```
-//! Momentum and angular momentum of the pair stay as they were. What the dampers take is counted in `taken`. How near the ports come
+//! Momentum and angular momentum of the pair stay as they were. The springs are as long as the ports are apart when the latches catch, as those of a mechanism
+//! that reaches out: they draw the ports together. What the dampers take is counted in `taken`. How near the ports come
 //! is an event. Once the motion is damped a phase may lock the two together (`settled`).
 
 use linkwork_runtime::prelude::*;
