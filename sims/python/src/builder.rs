@@ -230,7 +230,7 @@ impl Builder {
         Ok(slf)
     }
 
-    /// Adds a node: a named frame on a body, at a pose in the body's frame: (3,), (7,) or (4, 4).
+    /// Adds a node: a named frame on a body, at a pose in the body's frame: (3,), (7,) or (4, 4), places in m.
     /// Raises LinkworkError for a pose of another shape.
     ///
     /// >>> parts.node("end", "crank", [0.2, 0, 0]).build().nodes

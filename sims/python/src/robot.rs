@@ -348,7 +348,7 @@ impl Robot {
         Asked { part, at, q, in_base, tolerances, steps, restarts, parts }.search(slf)
     }
 
-    /// Of the configurations (nq,) in which the tip of a chain is where it is to be, within limits, the one that is liked best of those that `starts` searches find: (q, cost). The chain
+    /// Of the configurations (nq,), in rad and m, in which the tip of a chain is where it is to be, within limits, the one that is liked best of those that `starts` searches find: (q, cost). The chain
     /// alone moves, from q (nq,; None: the robot's own) and from other places, the same ones each time; each solution is improved along the null space to a local minimum of
     ///
     /// cost = centred ½ Σ ((q − middle)/(upper − lower))² − manipulable ln w,
@@ -433,7 +433,7 @@ impl Robot {
         out2(slf.py(), out, count, q.len())
     }
 
-    /// Whether q (nq,) is within all limits and nothing touches: what sampling planners ask, such as OMPL's `setStateValidityChecker`. Raises LinkworkError
+    /// Whether q (nq,), in rad and m, is within all limits and nothing touches: what sampling planners ask, such as OMPL's `setStateValidityChecker`. Raises LinkworkError
     /// for another length and for NaN.
     ///
     /// >>> robot.is_valid([0.1, 0.2, 0.3]), robot.is_valid([4.0, 0, 0])

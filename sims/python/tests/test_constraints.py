@@ -268,7 +268,7 @@ def linkage_files(folder):
     mjcf = lambda name, inner="": f'<body name="{name}" pos="{at[name]} 0 0">{inertial}{inner}</body>'
     machine = mjcf("crank", mjcf("rod")) + mjcf("rocker")
     connect = '<equality><connect name="knee" body1="rod" body2="rocker" anchor="0.3 0 0"/></equality>'
-    (folder / "bar.xml").write_text(f'<mujoco model="bar"><worldbody>{machine}</worldbody>{connect}</mujoco>')
+    (folder / "machine.xml").write_text(f'<mujoco model="bar"><worldbody>{machine}</worldbody>{connect}</mujoco>')
     link = '<inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
     links = "".join(f'<link name="{name}">{link}</link>' for name in at)
     joints = "".join(
@@ -282,8 +282,8 @@ def linkage_files(folder):
     body = '"{}": (parent: "{}", at: (position: [{}, 0, 0]), hinge: Pin([0, 0, 1]), mass: 1, com: [0.1, 0, 0], inertia: [0.01, 0.01, 0.01])'
     bodies = ", ".join(body.format(name, parents[name], x) for name, x in at.items())
     loop = '"knee": (a: "rod", at_a: (position: [0.3, 0, 0]), b: "rocker", at_b: (position: [0.1, 0, 0]), hinge: Ball)'
-    (folder / "bar.ron").write_text(f'Simulation(doc: "A linkage.", bodies: {{ {bodies} }}, loops: {{ {loop} }}, until: "1 s")')
-    return [folder / f"bar.{kind}" for kind in ("xml", "urdf", "ron")]
+    (folder / "sim.ron").write_text(f'Simulation(doc: "A linkage.", bodies: {{ {bodies} }}, loops: {{ {loop} }}, until: "1 s")')
+    return [folder / name for name in ("machine.xml", "bar.urdf", "sim.ron")]
 
 
 def test_loops_of_files_arrive(tmp_path):
