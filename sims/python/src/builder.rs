@@ -247,7 +247,7 @@ impl Builder {
         Ok(slf)
     }
 
-    /// Closes a loop: frame B on one body moves against frame A on another as the hinge permits.
+    /// Closes a loop: frame B on one body moves against frame A on another as the hinge permits; places in m.
     ///
     /// body_a, body_b: "world" or a body; bodies may come later. at_a, at_b: poses of the frames in their bodies:
     /// (3,), (7,) or (4, 4). Prescribed pins and sliders of the hinge move as `loop_motions` says.
