@@ -10,6 +10,7 @@
 
 pub mod aerodynamics;
 pub mod attitude;
+mod axis;
 pub mod balloon;
 pub mod capture;
 pub mod drag;

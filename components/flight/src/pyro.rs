@@ -122,13 +122,7 @@ impl Model for Pyro {
     type D = Charge;
     type G = NextStage;
     fn build(mut p: PyroParams) -> Result<Self, BuildError> {
-        let length = p.axis.norm();
-        if !(length > 1e-9) {
-            return Err(BuildError::new("the axis has no length")
-                .help("write a direction, e.g. axis: [1, 0, 0]")
-                .at("axis"));
-        }
-        p.axis /= length;
+        p.axis = crate::axis::unit(p.axis, "[1, 0, 0]")?;
         Ok(Pyro { p })
     }
     fn direct(&self, c: &Clock, _: &Waited, d: &Charge, u: &PyroIn) -> PyroOut {

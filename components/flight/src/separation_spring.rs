@@ -88,13 +88,7 @@ impl Model for SeparationSpring {
     type D = Released;
     type G = SpringEnd;
     fn build(mut p: SpringParams) -> Result<Self, BuildError> {
-        let length = p.axis.norm();
-        if !(length > 1e-9) {
-            return Err(BuildError::new("the axis has no length")
-                .help("write a direction, e.g. axis: [1, 0, 0]")
-                .at("axis"));
-        }
-        p.axis /= length;
+        p.axis = crate::axis::unit(p.axis, "[1, 0, 0]")?;
         Ok(SeparationSpring { p })
     }
     fn direct(&self, _: &Clock, _: &(), d: &Released, u: &SpringIn) -> SpringOut {

@@ -53,12 +53,12 @@ SHAPE = re.compile(r"\((?:n|nq|nv|k|m|6m|rank|rows|columns|steps|links|bodies|\d
 #: A unit; "SI" where it is that of a variable or a parameter.
 UNIT = re.compile(r"\b(?:m|rad|kg|N|J|Hz|SI)\b|(?<!')\bs\b")
 
-#: What is an array in the stub.
+#: What annotations call an array.
 ARRAY = re.compile(r"\b(?:_Array|ArrayLike|NDArray)\b")
 
 
 def annotated():
-    """{(class, method): text of all annotations}, by the stub of the package and its own Python."""
+    """{(class, method): text of all annotations}, by the type file (.pyi) of the compiled module and the package's own Python."""
     package = Path(lw.__file__).parent
     found = {}
     classes = [cls for name in ["_linkwork.pyi", "live.py"] for cls in ast.parse((package / name).read_text()).body]
@@ -152,7 +152,7 @@ def test_every_method_has_an_example_shapes_units_and_says_what_it_refuses(name)
     for method, text in own_methods(cls).items():
         assert ">>>" in text, f"{name}.{method} has no example"
         words = text.split(">>>")[0]
-        told = ANNOTATED.get((name, method), "")
+        told = ANNOTATED[name, method]
         if ARRAY.search(told):
             assert SHAPE.search(words), f"{name}.{method} tells no shape"
         if (ARRAY.search(told) or re.search(r"\bfloat\b", told)) and method not in RATIOS.get(name, ()):

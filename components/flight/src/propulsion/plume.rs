@@ -80,13 +80,7 @@ impl Model for Plume {
     type Ud = PlumeIn;
     type Yd = PlumeOut;
     fn build(mut p: PlumeParams) -> Result<Self, BuildError> {
-        let length = p.axis.norm();
-        if !(length > 1e-9) {
-            return Err(BuildError::new("the axis has no length")
-                .help("write a direction, e.g. axis: [0, 0, -1]")
-                .at("axis"));
-        }
-        p.axis /= length;
+        p.axis = crate::axis::unit(p.axis, "[0, 0, -1]")?;
         crate::aerodynamics::panels::unit_normals(&mut p.panels)?;
         Ok(Plume { p })
     }
