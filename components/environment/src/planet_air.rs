@@ -30,7 +30,7 @@ const SIMPLE_RANGE: [f64; 2] = [-8.5e3, 3e4];
 /// What to do where the data of an atmosphere end.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outside {
-    /// Go on as the model does beyond its end; a run tells it once.
+    /// Go on as the model does beyond its end, and say nothing of it.
     Continue,
     /// Go on with the air at the end; a run tells it once.
     Clamp,
@@ -41,7 +41,8 @@ pub enum Outside {
 /// The ground under the air, and the wind over it.
 struct Around {
     planet: Planet,
-    outside: Outside,
+    /// What the user wrote.
+    outside: Option<Outside>,
     /// Heights for which there are data, m.
     range: [f64; 2],
     winds: Option<Profile<Vec3>>,
@@ -53,7 +54,7 @@ impl Around {
         planet: &PlanetParams,
         winds: &[WindLayer],
         density: &[DensityLayer],
-        outside: Outside,
+        outside: Option<Outside>,
         range: [f64; 2],
     ) -> Result<Around, BuildError> {
         let wind = |w: &WindLayer| (w.altitude, Vec3::new(w.east, w.north, w.up));
@@ -74,8 +75,11 @@ impl Around {
         Ok(Around { planet: planet.planet()?, outside, range, winds, factors })
     }
 
-    /// What there is to say of a point whose height the data do not reach.
+    /// What there is to say of a point whose height the data do not reach: nothing where going on is what was asked for.
     fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+        if self.outside == Some(Outside::Continue) {
+            return None;
+        }
         let h = self.planet.place(t, p).1?.altitude;
         let [low, high] = self.range;
         (!(low..=high).contains(&h)).then(|| self.told(h))
@@ -86,14 +90,14 @@ impl Around {
         let [low, high] = self.range.map(|h| h / 1000.0);
         let fact = format!("its data reach from {low} to {high} km, not to {:.3} km", h / 1000.0);
         let goes_on = match self.outside {
-            Outside::Continue => "the model goes on beyond its end; ",
-            Outside::Clamp => "the air at the end is taken; ",
-            Outside::Stop => "",
+            None | Some(Outside::Continue) => "the model goes on beyond its end; ",
+            Some(Outside::Clamp) => "the air at the end is taken; ",
+            Some(Outside::Stop) => "",
         };
         let help = format!(
-            "{goes_on}take an atmosphere whose data reach there, or write `outside`: continue, clamp or stop"
+            "{goes_on}take an atmosphere whose data reach there, or write `outside`: continue (which is then not told), clamp or stop"
         );
-        let stops = self.outside == Outside::Stop;
+        let stops = self.outside == Some(Outside::Stop);
         Beyond { told: BuildError::new(fact).help(help), stops }
     }
 
@@ -115,11 +119,11 @@ impl Around {
             .as_ref()
             .map_or(Vec3::zeros(), |w| spin.R_IP * (place.east_north_up() * w.at(place.altitude)));
         let a = match self.outside {
-            Outside::Clamp => {
+            Some(Outside::Clamp) => {
                 let altitude = place.altitude.clamp(self.range[0], self.range[1]);
                 gas(&Geodetic { altitude, ..place })
             }
-            Outside::Continue | Outside::Stop => gas(&place),
+            None | Some(Outside::Continue | Outside::Stop) => gas(&place),
         };
         let factor = self.factors.as_ref().map_or(1.0, |f| f.at(place.altitude));
         Air {
@@ -144,9 +148,9 @@ pub struct Us76Params {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where its data end (−5 and 1000 km, beyond which density falls on): continue, clamp, stop.
-    #[param(default = Outside::Continue)]
-    pub outside: Outside,
+    /// What happens where its data end (−5 and 1000 km, beyond which density falls on): continue, clamp, stop; unwritten: it goes on, and the run tells it once.
+    #[param(default = None)]
+    pub outside: Option<Outside>,
 }
 
 /// US Standard Atmosphere 1976 around a planet.
@@ -199,9 +203,9 @@ pub struct MsisParams {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where its data end (0 and 2000 km, below as at 0, above nothing): continue, clamp, stop.
-    #[param(default = Outside::Continue)]
-    pub outside: Outside,
+    /// What happens where its data end (0 and 2000 km, below as at 0, above nothing): continue, clamp, stop; unwritten: it goes on, and the run tells it once.
+    #[param(default = None)]
+    pub outside: Option<Outside>,
 }
 
 /// NRLMSISE-00 around the Earth.
@@ -304,9 +308,9 @@ pub struct MarsAirParams {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where its data end (the ends of the table, beyond which density goes on with its last slope; −8.5 and 30 km of the simple model): continue, clamp, stop.
-    #[param(default = Outside::Continue)]
-    pub outside: Outside,
+    /// What happens where its data end (the ends of the table, beyond which density goes on with its last slope; −8.5 and 30 km of the simple model): continue, clamp, stop; unwritten: it goes on, and the run tells it once.
+    #[param(default = None)]
+    pub outside: Option<Outside>,
 }
 
 /// A table of Mars-GRAM or the simple model, around Mars.
@@ -407,7 +411,7 @@ mod tests {
         // 20 ft/s from the west at the ground, more above: NESC's case 8 upside down.
         let layer = |altitude: f64, east: f64| WindLayer { altitude, east, north: 1.0, up: 0.0 };
         let winds = vec![layer(0.0, 6.0), layer(10_000.0, 16.0)];
-        let p = Us76Params { planet: earth(), winds, density: vec![], outside: Outside::Continue };
+        let p = Us76Params { planet: earth(), winds, density: vec![], outside: None };
         let air = StandardAtmosphere::build(p, &Files::default()).unwrap();
         let (t, r) = (3000.0, 6_378_137.0 + 5000.0);
         // A point above the equator, at longitude 0.4 after the turning.
@@ -435,7 +439,7 @@ mod tests {
             ap: 4.0,
             winds: vec![],
             density: vec![],
-            outside: Outside::Continue,
+            outside: None,
         };
         let air = MsisAtmosphere::build(p.clone(), &Files::default()).unwrap();
         // Early August: the Sun is at right ascension 136°; the bulge is some 30° behind.
@@ -469,7 +473,7 @@ mod tests {
             planet,
             winds: vec![],
             density: vec![],
-            outside: Outside::Continue,
+            outside: None,
         }
     }
 
@@ -641,7 +645,7 @@ mod tests {
             let p = MarsAirParams { table: table.map(Into::into), outside, ..bare(mars.clone()) };
             Box::new(MarsAtmosphere::build(p, &files).unwrap())
         };
-        type Make<'a> = &'a dyn Fn(Outside) -> Box<dyn Atmosphere>;
+        type Make<'a> = &'a dyn Fn(Option<Outside>) -> Box<dyn Atmosphere>;
         let all: [(&str, Make<'_>, f64, [f64; 2]); 4] = [
             ("us76", &us76, 6_378_137.0, [-5e3, 1e6]),
             ("msis", &msis, 6_378_137.0, [0.0, 2e6]),
@@ -650,14 +654,17 @@ mod tests {
         ];
         for (name, make, radius, [low, high]) in all {
             let at = |h: f64| Vec3::x() * (radius + h);
-            let [goes_on, holds, stops] =
-                [Outside::Continue, Outside::Clamp, Outside::Stop].map(make);
+            let [holds, stops, asked] =
+                [Outside::Clamp, Outside::Stop, Outside::Continue].map(|o| make(Some(o)));
+            let goes_on = make(None);
             for (end, out) in [(low + 1e-3, low - 1e3), (high - 1e-3, high + 1e3)] {
                 let density = |air: &dyn Atmosphere, h: f64| air.air(0.0, at(h)).density;
                 let edge = density(&*holds, end);
                 assert!((density(&*holds, out) / edge - 1.0).abs() < 1e-5, "{name} {out}");
                 assert_eq!(density(&*goes_on, end), edge, "{name}: inside all are the same");
                 let on = density(&*goes_on, out);
+                assert_eq!(density(&*asked, out), on, "{name}: the same, unsaid");
+                assert!(asked.beyond(0.0, at(out)).is_none(), "{name} {out}");
                 let level = name == "msis" && out < 0.0;
                 assert!(level || (on / edge - 1.0).abs() > 1e-4, "{name} {out}: {on} {edge}");
                 for (air, stops) in [(&goes_on, false), (&holds, false), (&stops, true)] {
@@ -681,7 +688,7 @@ mod tests {
     fn winds_that_do_not_rise_are_refused() {
         let layer = |altitude: f64| WindLayer { altitude, east: 1.0, north: 0.0, up: 0.0 };
         let winds = vec![layer(10.0), layer(10.0)];
-        let p = Us76Params { planet: earth(), winds, density: vec![], outside: Outside::Continue };
+        let p = Us76Params { planet: earth(), winds, density: vec![], outside: None };
         let e = StandardAtmosphere::build(p, &Files::default()).err().unwrap();
         assert!(e.message.contains("altitude 10 m") && e.param.as_deref() == Some("winds"));
     }

@@ -229,6 +229,22 @@ pub enum RobotError {
         /// Its place among the objects.
         object: usize,
     },
+    /// The object is attached to another one.
+    #[error(
+        "object {object} is attached to object {on}\n  help: take it off first (`detach`), or take that one"
+    )]
+    Attached {
+        /// Its place among the objects.
+        object: usize,
+        /// The other's.
+        on: usize,
+    },
+    /// The object is attached to nothing.
+    #[error("object {object} is attached to nothing\n  help: attach it first")]
+    NotAttached {
+        /// Its place among the objects.
+        object: usize,
+    },
     /// The object is rigid.
     #[error(
         "object {object} has no joints\n  help: give it bodies of its own in `ModelSpec::linkages`"

@@ -93,9 +93,9 @@ pub use part::{Part, PartSpec};
 pub use priorities::{Met, NoSolution, Priorities};
 pub use robot::{
     Aim, Answer, Balance, Balanced, Best, Closing, ClosureRank, Effort, Frame, Friction, Grasp,
-    Gripped, Guards, HandWeights, Hold, Impedance, MotionLimits, MotionState, MoveSqueeze, Outcome,
-    Path, PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search, Shared,
-    TaskSpace, Timed, Timing, TipGoal, Touch, Transfer, Transferred, Way, WholeBody, WholeReach,
-    Wish,
+    Gripped, Guards, HandWeights, Hold, Impedance, MotionLimits, MotionState, Mount, MoveSqueeze,
+    Outcome, Path, PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search,
+    Shared, TaskSpace, Timed, Timing, TipGoal, Touch, Transfer, Transferred, Way, WholeBody,
+    WholeReach, Wish,
 };
 pub use support::{support_margin, support_polygon};

@@ -3,6 +3,7 @@
 
 use crate::error::{ModelError, ModelFault};
 use crate::model::{ModelSpec, ObjectSpec};
+use linkwork_collision::{groups, neighbours};
 use linkwork_dynamics::Tree;
 use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodyId, BodySpec, Builder, Hinge, Multibody};
@@ -17,6 +18,9 @@ pub(crate) struct Linkage {
     pub tree: Tree,
     /// How each hangs on the object.
     pub links: Vec<Link>,
+    /// For each body the first of those that it is welded to; and pairs of these that a hinge joins.
+    pub group: Vec<usize>,
+    pub joined: Vec<(usize, usize)>,
 }
 
 /// How a body of an object hangs on it.
@@ -46,7 +50,8 @@ impl Linkage {
             };
             links.push(link); // parents come first
         }
-        Self { tree: Tree::new(multibody), links }
+        let (group, joined) = (groups(multibody), neighbours(multibody));
+        Self { tree: Tree::new(multibody), links, group, joined }
     }
 }
 

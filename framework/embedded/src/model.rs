@@ -62,7 +62,7 @@ impl ModelSpec {
     /// A description with loops or couplings: the embedded model is a tree.
     pub fn from_description(d: &Description) -> Result<Self, ModelError> {
         let mut faults = Vec::new();
-        let help = "remove it from the description, or keep it (`ModelSpec::with_closures`)";
+        let help = "remove it from the description, or keep it (`ModelSpec::with_closures`, `lw_builder_keep_closures`)";
         for l in &d.loops {
             faults.push(ModelFault::Refused { what: format!("loop `{}`", l.name), help });
         }

@@ -201,6 +201,8 @@ fn no_call_allocates_after_set_up() {
         black_box(robot.set_object_q(beam, &[]).unwrap_err());
         robot.release(left, beam).unwrap();
         robot.ungrasp(beam).unwrap();
+        black_box(robot.attach(beam, beam, None, Grasp::Here).unwrap_err());
+        black_box((robot.detach(beam).unwrap_err(), robot.mount(beam).unwrap()));
         let nan = Goal::position(spatial::Vec3::repeat(f64::NAN));
         black_box(
             robot.reach(left, &nan, Frame::World, &Effort::default(), &mut clamped).unwrap_err(),

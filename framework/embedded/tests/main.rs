@@ -12,6 +12,7 @@ mod grip;
 mod kinematics;
 mod linkages;
 mod long_chains;
+mod mounts;
 mod obstacles;
 mod priorities;
 mod reach;

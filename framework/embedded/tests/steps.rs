@@ -62,6 +62,8 @@ fn answers(robot: &Robot) -> Answers {
         let pose = |p: (Part, Pose)| [vec![p.0.index() as u64], bits_of(&p.1)].concat();
         let hold = r.hold(object).unwrap();
         let hands = hold.map(|h| [pose(h.hand), h.second.map_or(vec![], pose)].concat());
+        let on = |m: Mount| [vec![m.on.index() as u64], bits_of(&m.pose)].concat();
+        out.insert(format!("{name}: on"), r.mount(object).unwrap().map_or(vec![], on));
         out.insert(format!("{name}: hands"), hands.unwrap_or_default());
         out.insert(format!("{name}: place"), bits_of(&r.object_pose(object).unwrap()));
         out.insert(format!("{name}: joints"), r.object_q(object).map_or(vec![], bits));
@@ -281,8 +283,19 @@ fn key_and_door() {
         r.set_object_q(frame, &theta(door, 0.5 * std::f64::consts::PI)).unwrap();
     });
     let left = ["arm: forces", "arm: inertia", "key: hands", "key: pairs", "key: distances"];
-    s.step("the key stays", &left, |r| r.ungrasp(key).unwrap());
-    s.robot.set_object_q(frame, &[0.0; 2]).unwrap();
+    s.step("the arm lets go", &left, |r| r.ungrasp(key).unwrap());
+    let stays = [
+        "key: on",
+        "key: place",
+        "key: pairs",
+        "key: distances",
+        "frame: pairs",
+        "frame: distances",
+    ];
+    s.step("the key stays", &stays, |r| r.attach(key, frame, Some(lock), Grasp::Here).unwrap());
+    let along = ["frame: joints", "frame: distances", "key: place", "key: distances"];
+    s.step("the door closes", &along, |r| r.set_object_q(frame, &[0.0; 2]).unwrap());
+    s.robot.detach(key).unwrap();
     s.ends(&["key"]);
 }
 
@@ -349,7 +362,7 @@ fn drill_hole() {
     // One piece with the driver from now on: their pair is not looked at.
     let takes = [&load[..], &["battery:", "driver: pairs"]].concat();
     s.step("attach the battery", &takes, |r| {
-        r.grasp(left, battery, Grasp::At(X * X_battery)).unwrap()
+        r.attach(battery, driver, None, Grasp::At(X_battery)).unwrap()
     });
     let push = Push::new(left, Vec3::x(), Vec3::z());
     s.step("press", &[], |r| {
@@ -358,16 +371,13 @@ fn drill_hole() {
         r.manipulability(left, Rows::Linear, None).unwrap();
     });
     let moved = |o: &str| ["hands", "place", "distances"].map(|k| format!("{o}: {k}"));
-    let names = moved("driver");
-    let names: Vec<&str> = load.iter().copied().chain(names.iter().map(String::as_str)).collect();
+    // The battery goes with the driver, where it is in that stays.
+    let names = [moved("driver"), moved("battery")].concat();
+    let names = names.iter().map(String::as_str).filter(|n| *n != "battery: hands");
+    let names: Vec<&str> = load.iter().copied().chain(names).collect();
     s.step("estimate of the driver", &names, |r| r.update_grasp(left, driver, better).unwrap());
-    let names = moved("battery");
-    let names: Vec<&str> = load.iter().copied().chain(names.iter().map(String::as_str)).collect();
-    s.step("and of the battery", &names, |r| {
-        r.update_grasp(left, battery, better * X_battery).unwrap();
-    });
-    let off = ["battery: hands", "battery: pairs", "battery: distances", "driver: pairs"];
-    s.step("battery off", &[&load[..], &off].concat(), |r| r.ungrasp(battery).unwrap());
+    let off = ["battery: on", "battery: pairs", "battery: distances", "driver: pairs"];
+    s.step("battery off", &[&load[..], &off].concat(), |r| r.detach(battery).unwrap());
     let off = ["driver: hands", "driver: pairs", "driver: distances"];
     s.step("driver off", &[&load[..], &off].concat(), |r| r.ungrasp(driver).unwrap());
     s.ends(&["driver", "battery"]);

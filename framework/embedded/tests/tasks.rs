@@ -143,7 +143,7 @@ fn drill_hole() {
     robot.grasp(left, driver, Grasp::At(X_driver)).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_driver", &tau);
-    robot.grasp(left, battery, Grasp::At(X_driver * X_battery)).unwrap();
+    robot.attach(battery, driver, None, Grasp::At(X_battery)).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_driver_and_battery", &tau);
     // Thrust along the bit and the reaction, at the bit's point.
@@ -160,10 +160,9 @@ fn drill_hole() {
     task.forces("feed_forward_drilling", &tau);
     // The estimator moves the driver in the hand, and the battery with it.
     robot.update_grasp(left, driver, X_estimate).unwrap();
-    robot.update_grasp(left, battery, X_estimate * X_battery).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     task.forces("gravity_after_estimate", &tau);
-    robot.ungrasp(battery).unwrap();
+    robot.detach(battery).unwrap();
     robot.ungrasp(driver).unwrap();
     robot.gravity_forces(&mut tau).unwrap();
     assert_eq!(tau, bare, "bit for bit");
@@ -275,9 +274,14 @@ fn change_tyre() {
     let axle = model.object("axle").unwrap();
     let hub = pose(&numbers(&task.json["bodies"]["hub"]["pose"]));
     robot.put(axle, hub).unwrap();
-    robot.put(tyre, hub).unwrap();
+    // Welded to the hub, where both hands have left it.
+    let on_hub = model.object_body(axle, "hub").unwrap();
+    robot.attach(tyre, axle, Some(on_hub), Grasp::Here).unwrap();
+    let X = robot.mount(tyre).unwrap().unwrap().pose;
+    let (p, R) = apart(&X, &Pose::identity());
+    assert!(p < 1e-12 && R < 1e-10, "{p:e} {R:e}");
     let (p, R) = apart(&robot.object_pose(tyre).unwrap(), &X_tyre);
-    assert!(p < 1e-12 && R < 1e-7);
+    assert!(p < 1e-12 && R < 1e-10, "{p:e} {R:e}");
     let theirs = task.expect("nut_positions").as_array().unwrap();
     let nut = model.object("nut").unwrap();
     assert_eq!(theirs.len() as u64, task.json["bodies"]["nuts"]["count"].as_u64().unwrap());
@@ -291,6 +295,26 @@ fn change_tyre() {
         let ours = robot.object_pose(nut).unwrap().position;
         assert!((ours - vec3(p)).norm() < 1e-12, "{k}: {ours}");
     }
+    // Tyre and the last nut turn with the hub, which takes what its pin has of friction to be turned: 0.4 N m.
+    robot.attach(nut, axle, Some(on_hub), Grasp::Here).unwrap();
+    let [before, tyre_before] = [nut, tyre].map(|o| robot.object_pose(o).unwrap());
+    let angle = 0.7;
+    robot.set_object_q(axle, &[angle]).unwrap();
+    let axis = hub.rotation * Vec3::z();
+    let turn = Pose::translation(hub.position.x, hub.position.y, hub.position.z)
+        * Pose::new(spatial::Quat::from_scaled_axis(axis * angle), Vec3::zeros())
+        * Pose::translation(-hub.position.x, -hub.position.y, -hub.position.z);
+    for (object, X) in [(nut, before), (tyre, tyre_before)] {
+        let (p, R) = apart(&robot.object_pose(object).unwrap(), &(turn * X));
+        assert!(p < 1e-12 && R < 1e-7, "{p:e} {R:e}");
+    }
+    let mut J = [0.0; 6];
+    robot.object_jacobian(axle, on_hub, &mut J).unwrap();
+    let words = task.json["bodies"]["hub"]["joint_after_mounting"].as_str().unwrap();
+    let friction: f64 = words.split_whitespace().rev().nth(2).unwrap().parse().unwrap();
+    let moment = axis * friction;
+    let felt = Vec3::new(J[0], J[1], J[2]).dot(&moment);
+    assert!((felt - 0.4).abs() < 1e-12, "{felt}");
 }
 
 #[test]
@@ -425,7 +449,10 @@ fn key_and_door() {
     let mut theirs = vec![0.0; model.nv()];
     bare.gravity_forces(&mut theirs).unwrap();
     assert_eq!(tau, theirs, "bit for bit");
+    // Left in the lock: wherever arm, door and lock go then, the key stays in it.
+    robot.attach(key, frame, Some(lock), Grasp::Here).unwrap();
     robot.set_q(&task.q("q_grasp")).unwrap();
+    robot.set_object_q(frame, &[0.0; 2]).unwrap();
     let (p, R) = apart(&in_lock(&mut robot), &as_put);
     assert!(p < 1e-8 && R < 1e-7, "{p:e} {R:e}");
 }

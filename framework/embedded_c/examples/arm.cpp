@@ -1,5 +1,5 @@
-// The example of arm.c, in C++20.
-//   c++ -std=c++20 -I include examples/arm.cpp liblinkwork_robot.a -lpthread -ldl -lm -o arm && ./arm examples
+// The example of arm.c, in C++17.
+//   c++ -std=c++17 -I include examples/arm.cpp liblinkwork_robot.a -lpthread -ldl -lm -o arm && ./arm examples
 #include <linkwork/robot.hpp>
 
 #include <cstdio>
@@ -10,7 +10,7 @@
 
 using namespace linkwork;
 
-static void print(const char *what, std::span<const double> x) {
+static void print(const char *what, linkwork::Span<const double> x) {
   std::printf("%s", what);
   for (double value : x) std::printf(" %.17g", value);
   std::printf("\n");
@@ -89,7 +89,7 @@ static void run(const std::string &folder) {
     std::cout << "touch " << model.collider_name(pair->a) << " " << model.collider_name(pair->b) << std::endl;
 
   try {
-    robot.set_q(std::span(q).first(2));
+    robot.set_q(linkwork::Span<double>(q).first(2));
   } catch (const Error &e) {
     std::cout << "refused " << e.status() << ": " << e.what() << std::endl;
   }

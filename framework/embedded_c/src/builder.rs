@@ -8,7 +8,9 @@ use linkwork_embedded::formats::{
     read_text,
 };
 use linkwork_embedded::spatial::{InertiaCheck, Vec3};
-use linkwork_embedded::{ColliderSpec, ModelSpec, ObjectSpec, PartSpec, RobotModel, Shape};
+use linkwork_embedded::{
+    Closures, ColliderSpec, ModelSpec, ObjectSpec, PartSpec, RobotModel, Shape,
+};
 use std::ffi::c_char;
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -79,6 +81,7 @@ impl LwShape {
 
 #[derive(Default)]
 pub(crate) struct Draft {
+    /// `closures` of it stands before the robot is read.
     pub spec: ModelSpec,
     options: ReadOptions,
     description: Option<Description>,
@@ -120,7 +123,10 @@ impl Draft {
             );
             return Err(Fault::Model(text));
         }
-        let read = ModelSpec::from_description(&d)?;
+        let read = match self.spec.closures {
+            Closures::Refused => ModelSpec::from_description(&d)?,
+            Closures::Kept => ModelSpec::with_closures(&d),
+        };
         let spec = &mut self.spec;
         (spec.mechanism, spec.joints) = (read.mechanism, read.joints);
         spec.unused.extend(read.unused);
@@ -225,8 +231,26 @@ pub unsafe extern "C" fn lw_builder_packages(
     }
 }
 
-/// The robot, from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings are refused: the
-/// model is a tree. Shapes are read by `lw_builder_file_shapes`.
+/// Before the robot is read: its loops and couplings, such as joints that mimic others, are kept. `lw_whole_reach_solve` and `lw_whole_reach_best` keep them closed. Kinematics, collisions,
+/// masses and forces are those of the tree at the q given, as if every coordinate had a motor of its own. What would open them is `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and ways of a
+/// chain that takes part in them, ways between configurations, wishes, operational space, predictions, timings and transfers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_builder_keep_closures(builder: *mut LwBuilder) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(builder, LwBuilder::parts, |d| {
+            if d.description.is_some() {
+                let text = "the robot was read without its loops and couplings\n  help: call lw_builder_keep_closures before lw_builder_robot_file";
+                return Err(Fault::Model(text.into()));
+            }
+            d.spec.closures = Closures::Kept;
+            Ok(())
+        })
+    }
+}
+
+/// The robot, from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
+/// joints that mimic others, are refused, but after `lw_builder_keep_closures`. Shapes are read by `lw_builder_file_shapes`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_robot_file(
     builder: *mut LwBuilder,

@@ -7,7 +7,7 @@ use crate::status::LwStatus;
 use linkwork_embedded::multibody::BodyId;
 use linkwork_embedded::{Closing, ClosureRank, Grasp, Object, RobotError};
 
-/// Where an object is in the world: in the hand, or where it was put or let go last.
+/// Where an object is in the world: in the hand, where it is attached, or where it was put or let go last.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_object_pose(
     robot: *mut LwRobot,
@@ -100,6 +100,48 @@ pub unsafe extern "C" fn lw_robot_ungrasp(robot: *mut LwRobot, object: u32) -> L
         alone(robot, LwRobot::parts, |r| {
             let object = r.object(object)?;
             Ok(r.robot.ungrasp(object)?)
+        })
+    }
+}
+
+/// Of `lw_robot_attach`: the object itself carries, none of its bodies.
+pub const LW_ITSELF: u32 = u32::MAX;
+
+/// Attaches an object that no hand holds to another one: a battery to its driver, a wheel to its hub. `body`: the body of that one that carries it, or `LW_ITSELF`. `at`: its pose in the frame
+/// of what carries it, or where it is now (NULL). It then goes with that, and the hand that holds that carries both.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_attach(
+    robot: *mut LwRobot,
+    object: u32,
+    on: u32,
+    body: u32,
+    at: *const LwPose,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let (object, on) = (r.object(object)?, r.object(on)?);
+            let body = match body {
+                LW_ITSELF => None,
+                body => Some(self::body(r, on, body)?),
+            };
+            let mut place = Grasp::Here;
+            if !at.is_null() {
+                place = Grasp::At(value("at", at)?.checked()?);
+            }
+            Ok(r.robot.attach(object, on, body, place)?)
+        })
+    }
+}
+
+/// Takes an object off what it is attached to: it stays where it is in the world.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_detach(robot: *mut LwRobot, object: u32) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let object = r.object(object)?;
+            Ok(r.robot.detach(object)?)
         })
     }
 }

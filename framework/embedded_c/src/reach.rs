@@ -5,8 +5,8 @@ use crate::robot::LwRobot;
 use crate::status::{Fault, LwStatus};
 use linkwork_embedded::spatial::Vec3;
 use linkwork_embedded::{
-    Answer, ClosedForm, Effort, Frame, Goal, Outcome, Part, Place, Pointing, Prefer, RobotError,
-    RobotModel, Towards,
+    Answer, Best, ClosedForm, Effort, Frame, Goal, Outcome, Part, Place, Pointing, Prefer,
+    RobotError, RobotModel, Towards,
 };
 
 /// The position of the goal counts.
@@ -164,6 +164,13 @@ pub struct LwPrefer {
     pub steps: usize,
 }
 
+impl From<LwPrefer> for Prefer {
+    fn from(p: LwPrefer) -> Self {
+        let LwPrefer { centred, manipulable, length, starts, steps } = p;
+        Self { centred, manipulable, length, starts, steps }
+    }
+}
+
 /// The best of several solutions.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,6 +183,13 @@ pub struct LwBest {
     pub kinematics: usize,
     /// Met, or nearest when no start led there.
     pub outcome: LwOutcome,
+}
+
+impl From<Best> for LwBest {
+    fn from(b: Best) -> Self {
+        let Best { cost, solutions, kinematics, outcome } = b;
+        Self { cost, solutions, kinematics, outcome: outcome.into() }
+    }
 }
 
 /// The effort that is given, or the default for NULL.
@@ -276,14 +290,10 @@ pub unsafe extern "C" fn lw_robot_reach_best(
         alone(robot, LwRobot::parts, |r| {
             let best = Out::new("best", best)?;
             let (goal, frame) = value("goal", goal)?.checked()?;
-            let LwPrefer { centred, manipulable, length, starts, steps } = value("prefer", prefer)?;
-            let prefer = Prefer { centred, manipulable, length, starts, steps };
+            let prefer: Prefer = value("prefer", prefer)?.into();
             let (own, part) = (effort_of(effort)?, r.part(part)?);
             let q = numbers_mut("q", q, n, r.model().nq())?;
-            let told = r.robot.reach_best(part, &goal, frame, &prefer, &own, q)?;
-            let (solutions, kinematics) = (told.solutions, told.kinematics);
-            let outcome = told.outcome.into();
-            best.set(LwBest { cost: told.cost, solutions, kinematics, outcome });
+            best.set(r.robot.reach_best(part, &goal, frame, &prefer, &own, q)?.into());
             Ok(())
         })
     }

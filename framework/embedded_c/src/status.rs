@@ -39,9 +39,9 @@ pub enum LwStatus {
     OutsideLimits,
     /// More than room was reserved for.
     NoRoom,
-    /// The object is held already.
+    /// The object is held already, or attached to another one.
     Held,
-    /// The object is not held.
+    /// The object is not held, or attached to nothing.
     NotHeld,
     /// The hand holds nothing, or not this object.
     EmptyHand,
@@ -78,8 +78,8 @@ const WORDS: [(LwStatus, &CStr); 25] = [
     (LwStatus::NoClosedForm, c"the chain's inverse kinematics has no closed form"),
     (LwStatus::OutsideLimits, c"the start is outside the limits"),
     (LwStatus::NoRoom, c"more than room was reserved for"),
-    (LwStatus::Held, c"the object is held already"),
-    (LwStatus::NotHeld, c"the object is not held"),
+    (LwStatus::Held, c"the object is held already, or attached to another one"),
+    (LwStatus::NotHeld, c"the object is not held, or attached to nothing"),
     (LwStatus::EmptyHand, c"the hand does not hold this object"),
     (LwStatus::HandFull, c"the hand holds this object already"),
     (LwStatus::LoopOpen, c"the second hand is not where its grasp says"),
@@ -164,8 +164,8 @@ impl Fault {
                 RobotError::Length { .. } => LwStatus::Length,
                 RobotError::OutsideLimits { .. } => LwStatus::OutsideLimits,
                 RobotError::NoRoom { .. } => LwStatus::NoRoom,
-                RobotError::Held { .. } => LwStatus::Held,
-                RobotError::NotHeld { .. } => LwStatus::NotHeld,
+                RobotError::Held { .. } | RobotError::Attached { .. } => LwStatus::Held,
+                RobotError::NotHeld { .. } | RobotError::NotAttached { .. } => LwStatus::NotHeld,
                 RobotError::NoJoints { .. } => LwStatus::Foreign,
                 RobotError::EmptyHand { .. } => LwStatus::EmptyHand,
                 RobotError::HandFull { .. } => LwStatus::HandFull,

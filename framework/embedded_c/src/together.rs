@@ -244,15 +244,11 @@ pub unsafe extern "C" fn lw_whole_reach_best(
             let best = Out::new("best", best)?;
             let mut whole = lend("search", search, |s| &s.0, r)?;
             whole.take(r, goals, goal_count)?;
-            let LwPrefer { centred, manipulable, length, starts, steps } = value("prefer", prefer)?;
-            let prefer = Prefer { centred, manipulable, length, starts, steps };
+            let prefer: Prefer = value("prefer", prefer)?.into();
             let own = effort_of(effort)?;
             let q = numbers_mut("q", q, n, r.model().nq())?;
             let Whole { search, goals, .. } = &mut *whole;
-            let told = search.best(&mut r.robot, goals, &prefer, &own, q)?;
-            let (solutions, kinematics) = (told.solutions, told.kinematics);
-            let outcome = told.outcome.into();
-            best.set(LwBest { cost: told.cost, solutions, kinematics, outcome });
+            best.set(search.best(&mut r.robot, goals, &prefer, &own, q)?.into());
             Ok(())
         })
     }

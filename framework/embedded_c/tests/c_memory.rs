@@ -99,6 +99,8 @@ fn calls_and_mistakes_take_no_memory() {
                 lw_robot_grasp(r, far, BEAM, std::ptr::null()),
                 lw_robot_release(r, LEFT, far),
                 lw_robot_ungrasp(r, far),
+                lw_robot_attach(r, far, PLIERS, LW_ITSELF, std::ptr::null()),
+                lw_robot_detach(r, far),
                 lw_robot_object_q(r, far, t, 1),
                 lw_robot_set_object_q(r, far, t, 1),
                 lw_robot_closure(r, far, &mut left),

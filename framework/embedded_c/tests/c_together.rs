@@ -188,3 +188,81 @@ fn several_tips_at_once() {
         lw_whole_reach_free(null_mut());
     }
 }
+
+/// An arm whose wrist mimics its elbow.
+const LEVEL: &str = r#"<robot name="level"><link name="floor"/>{links}
+  <joint name="turn" type="revolute"><parent link="floor"/><child link="turner"/><axis xyz="0 0 1"/>{limit}</joint>
+  <joint name="lift" type="revolute"><parent link="turner"/><child link="upper"/><axis xyz="0 1 0"/>{limit}</joint>
+  <joint name="bend" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/>{limit}</joint>
+  <joint name="wrist" type="revolute"><parent link="lower"/><child link="hand"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>{limit}
+    <mimic joint="bend" multiplier="-1" offset="0.2"/></joint>
+</robot>"#;
+
+/// Joints that mimic others are refused with the remedy, or kept coupled: to the bit as in Rust.
+#[test]
+fn joints_that_mimic_others_are_kept_coupled_when_asked() {
+    let link = |n| {
+        format!(
+            "<link name='{n}'><inertial><mass value='1'/><inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+        )
+    };
+    let links: String = ["turner", "upper", "lower", "hand"].map(link).concat();
+    let limit = "<limit lower='-2' upper='2' effort='9' velocity='1'/>";
+    let text = LEVEL.replace("{links}", &links).replace("{limit}", limit);
+    let options = formats::ReadOptions { root: formats::Root::Fixed, ..Default::default() };
+    let mut spec = ModelSpec::with_closures(&formats::read_text(&text, &options).unwrap());
+    spec.parts.push(PartSpec::chain("arm", "floor", "hand"));
+    let model = RobotModel::new(&spec).unwrap();
+    let rust = Robot::new(&model);
+    let mut search = WholeReach::new(&rust, 1);
+    let text = std::ffi::CString::new(text).unwrap();
+    // SAFETY: handles of the library, arrays of the lengths given.
+    unsafe {
+        let (mut b, mut m, mut r, mut s) = (null_mut(), null_mut(), null_mut(), null_mut());
+        assert_eq!(lw_builder_new(&mut b), LwStatus::Ok);
+        let read = |b| lw_builder_robot_text(b, text.as_ptr(), LW_ROOT_FIXED, 0);
+        let said = |b: *mut LwBuilder| {
+            let mut buffer = [0_u8; 400];
+            let room = buffer.len();
+            lw_builder_message(b, buffer.as_mut_ptr().cast(), room, null_mut());
+            std::ffi::CStr::from_bytes_until_nul(&buffer).unwrap().to_string_lossy().into_owned()
+        };
+        assert_eq!(read(b), LwStatus::Model);
+        assert!(said(b).contains("coupling") && said(b).contains("lw_builder_keep_closures"));
+        assert_eq!(lw_builder_keep_closures(b), LwStatus::Ok);
+        assert_eq!(read(b), LwStatus::Ok);
+        assert_eq!(lw_builder_keep_closures(b), LwStatus::Model);
+        assert!(said(b).contains("before lw_builder_robot_file"), "{}", said(b));
+        assert_eq!(lw_builder_keep_closures(null_mut()), LwStatus::Null);
+        let [name, base, tip] = [c"arm", c"floor", c"hand"].map(|t| t.as_ptr());
+        assert_eq!(lw_builder_chain(b, name, base, tip), LwStatus::Ok);
+        assert_eq!(lw_builder_model(b, &mut m), LwStatus::Ok);
+        assert_eq!(lw_robot_new(m, &mut r), LwStatus::Ok);
+        assert_eq!(lw_whole_reach_new(r, 1, &mut s), LwStatus::Ok);
+        let mut answer = std::mem::zeroed::<LwAnswer>();
+        for place in [[0.5, 0.3, -0.2], [0.1, 0.7, 0.3], [2.0, 0.3, 0.4]] {
+            let pose = LwPose { position: place, ..NOWHERE.pose };
+            let goal = LwGoal { pose, parts: LW_GOAL_POSITION, ..NOWHERE };
+            let tips = LwTipGoal { goal, part: 0, seen_from: LW_NO_PART };
+            let (mut q, mut theirs) = ([0.1; 4], [0.1; 4]);
+            let p = q.as_mut_ptr();
+            quiet(|| {
+                lw_whole_reach_solve(r, s, &tips, 1, null(), p, 4, null_mut(), 0, &mut answer)
+            });
+            let arm = model.part("arm").unwrap();
+            let own = [TipGoal::new(arm, Goal::position(place.into()))];
+            let told = search.reach(&rust, &own, &Effort::default(), &mut theirs).unwrap();
+            assert_eq!(answer, LwAnswer::from(told));
+            same(&q, &theirs);
+            assert_eq!(answer.outcome == LwOutcome::Met, place[0] < 1.0);
+            assert!((q[3] + q[2] - 0.2).abs() < 1.1e-9, "the wrist mimics the elbow: {q:?}");
+            // The chain alone would open it.
+            let alone = lw_robot_reach(r, 0, &goal, null(), p, 4, &mut answer);
+            assert_eq!(alone, LwStatus::DoesNotClose);
+        }
+        lw_whole_reach_free(s);
+        lw_robot_free(r);
+        lw_model_free(m);
+        lw_builder_free(b);
+    }
+}

@@ -157,7 +157,7 @@ static void together(Case &c) {
   // What is kept stays.
   search.keep(c.robot, c.right);
   y = c.q;
-  search.solve(c.robot, std::span(goals).first(1), y);
+  search.solve(c.robot, Span<const LwTipGoal>(goals).first(1), y);
   for (int i = 7; i < 13; ++i) CHECK(y[i] == c.q[i]);
   search.release(c.robot, c.right);
   refused(LW_STATUS_NO_SEARCH, [&] { search.go_on(c.robot, 1, y); });
@@ -184,8 +184,8 @@ static void spaces(Case &c) {
     space.impedance(c.robot, c.v, springs, tau, rest);
     CHECK(same(tau, wanted));
   }
-  refused(LW_STATUS_LENGTH, [&] { space.forces(c.robot, c.v, twelve, std::span(tau).first(12)); });
-  refused(LW_STATUS_LENGTH, [&] { space.forces(c.robot, c.v, std::span(twelve).first(6), tau); });
+  refused(LW_STATUS_LENGTH, [&] { space.forces(c.robot, c.v, twelve, Span<double>(tau).first(12)); });
+  refused(LW_STATUS_LENGTH, [&] { space.forces(c.robot, c.v, Span<double>(twelve).first(6), tau); });
 
   const std::array wishes{tip_wish(1, c.left, c.twist, LW_ROWS_LINEAR), center_wish(0, {0.02, 0.01, 0}),
                           posture_wish(2, c.a)};
@@ -286,6 +286,16 @@ static void hands(Case &c) {
   c.robot.mass_matrix_with(c.pliers, N);
   CHECK(same(M, N));
   c.robot.ungrasp(c.pliers);
+  // On the jaw, by C and by C++: at the same place.
+  LwPose by_c;
+  const LwPose on_jaw{{0.1, 0.2, 0.3}, {0, 0, 0, 1}};
+  DO(lw_robot_attach(c.r, c.beam, c.pliers, jaw, &on_jaw));
+  DO(lw_robot_object_pose(c.r, c.beam, &by_c));
+  DO(lw_robot_detach(c.r, c.beam));
+  c.robot.attach(c.beam, c.pliers, jaw, on_jaw);
+  CHECK(same(c.robot.object_pose(c.beam).position, by_c.position));
+  c.robot.detach(c.beam);
+  refused(LW_STATUS_NOT_HELD, [&] { c.robot.detach(c.beam); });
   // As the Rust side has them.
   c.robot.put(c.beam, {{0, 0, 0}, {0, 0, 0, 1}});
   c.robot.set_object_q(c.pliers, Numbers{0.0});
@@ -336,7 +346,7 @@ static void motions(Case &c) {
   DO(lw_transfer_at(c.r, from.get(), 0.3, q.data(), 13, v.data(), a.data(), 13));
   to.at(c.robot, 0.3, q2, v2, a2);
   CHECK(same(q, q2) && same(v, v2) && same(a, a2));
-  refused(LW_STATUS_LENGTH, [&] { to.at(c.robot, 0.3, q2, v2, std::span(a2).first(12)); });
+  refused(LW_STATUS_LENGTH, [&] { to.at(c.robot, 0.3, q2, v2, Span<double>(a2).first(12)); });
 }
 
 static void shapes(Case &c) {
@@ -382,7 +392,7 @@ static void numbers() {
   DO(lw_priorities_bound(one.get(), c.data(), 2, 0.2));
   DO(lw_priorities_level(one.get(), A.data(), b.data(), 1, &residual, &left));
   two.bound(c, 0.2);
-  const auto told = two.level(std::span(A).first(2), std::span(b).first(1));
+  const auto told = two.level(Span<const double>(A).first(2), Span<const double>(b).first(1));
   CHECK(told == std::pair(residual, left) && left == 1);
   Numbers x(2), y(2);
   DO(lw_priorities_x(one.get(), x.data(), 2));
@@ -392,7 +402,7 @@ static void numbers() {
   two.level(A, b);
   two.x(y);
   CHECK(y != x);
-  refused(LW_STATUS_LENGTH, [&] { two.level(A, std::span(b).first(1)); });
+  refused(LW_STATUS_LENGTH, [&] { two.level(A, Span<const double>(b).first(1)); });
   const Numbers normal{2, 0.5, 0.5, 1}, right{1, 3};
   Numbers s(2), t(2);
   DO(lw_bounded(normal.data(), right.data(), 2, -1, 2.5, 200, 1e-12, s.data(), &left));
@@ -405,6 +415,7 @@ static void mechanisms() {
   const std::array<double, 3> center{0.01, -0.02, 0.03};
   const LwHinge slide{LW_HINGE_SLIDER, {1, 0, 0}, {}, 0};
   Builder builder;
+  builder.keep_closures();  // There are none: the same tree.
   builder.body("a", "world", slide, 1, center, inertia).body("b", "a", slide, 1, center, inertia);
   builder.body("c", "b", slide, 1, center, inertia, LwPose{{0, 0, 0}, {0, 0, 0, 1}}).limits("b", -2, 3, 0.5);
   for (const char *name : {"a", "b", "c"}) builder.shape(std::string("in ") + name, name, {LW_SHAPE_SPHERE, {0.1, 0, 0}});

@@ -21,10 +21,16 @@ fn calls_of_cpp_say_what_those_of_c_say() {
     let scratch = tempfile::tempdir().unwrap();
     let (program, file) = (scratch.path().join("calls"), scratch.path().join("two.urdf"));
     std::fs::write(&file, urdf()).unwrap();
-    let built = Command::new("c++")
-        .args(["-std=c++20", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"])
-        .arg(folder().join("include"))
-        .arg(folder().join("tests/calls.cpp"))
+    let compiler = |standard: &str| {
+        let mut call = Command::new("c++");
+        call.args([standard, "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-I"]);
+        call.arg(folder().join("include")).arg(folder().join("tests/calls.cpp"));
+        call
+    };
+    // With the spans of the standard library, too.
+    let later = compiler("-std=c++20").arg("-fsyntax-only").output().unwrap();
+    assert!(later.status.success(), "{}", String::from_utf8_lossy(&later.stderr));
+    let built = compiler("-std=c++17")
         .arg(library)
         .args(["-lpthread", "-ldl", "-lm", "-o"])
         .arg(&program)

@@ -83,7 +83,7 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
     bodies: {{ "craft": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10], initial: (position: [7350000, 0, 0], velocity: [1000, 7000, 0])) }},
     parts: {{
         "Gravity": (model: "environment.point_mass_gravity", params: {{ "mu": 3.986004418e14 }}),
-        "Air": (model: "environment.us76", params: {{ "outside": {outside} }}),
+        "Air": (model: "environment.us76", params: {{ {outside} }}),
         "Drag": (model: "flight.drag", params: {{ "coefficient": 2, "area": 1, "heating_constant": 0 }}, bind: {{ "body": "node:craft" }}),
         "Other": (model: "flight.drag", params: {{ "coefficient": 2, "area": 1, "heating_constant": 0 }}, bind: {{ "body": "node:craft" }}),
     }},
@@ -91,7 +91,7 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
 )"#
         )
     };
-    for outside in ["continue", "clamp"] {
+    for outside in ["", "\"outside\": clamp"] {
         let mut sim = scene(&text(outside), &[]).unwrap();
         sim.run_until(seconds(20.0)).unwrap();
         assert!(told(&mut sim).is_empty());
@@ -103,7 +103,11 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
             &["`Air`: its data reach from -5 to 1000 km, not to 1000.", "`Drag` asks", "`outside`"],
         );
     }
-    let mut sim = scene(&text("stop"), &[]).unwrap();
+    // Going on, where that is what was asked for, is nothing to tell.
+    let mut sim = scene(&text("\"outside\": continue"), &[]).unwrap();
+    sim.run_until(seconds(100.0)).unwrap();
+    assert!(told(&mut sim).is_empty());
+    let mut sim = scene(&text("\"outside\": stop"), &[]).unwrap();
     let e = sim.run_until(seconds(100.0)).unwrap_err();
     assert!(e.time == 29.0 && e.path == "Air" && e.help.is_some(), "{e}");
     assert!(e.to_string().contains("not to 1000.") && get(&sim, "craft.position").norm() < 7.4e6);

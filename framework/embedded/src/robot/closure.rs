@@ -104,7 +104,7 @@ impl Robot {
                     return Err(RobotError::Length { what: "free", got, wanted });
                 }
                 let p = self.object_body_pose(object, body)?.position;
-                let carrier = self.hold(object)?.map(|h| h.hand.0);
+                let carrier = self.holds[self.root(object.index())].map(|h| h.hand.0);
                 if carrier == Some(hand) {
                     return Err(RobotError::Held { object: object.index() });
                 }
@@ -137,15 +137,13 @@ impl Robot {
         // Refuses what is not there.
         self.object_body_pose(object, body)?;
         let X_WO = self.object_pose(object)?;
-        let (Some(linkage), Some(m)) =
-            (&self.model.linkages[object.index()], &mut self.linkages[object.index()])
-        else {
+        let Some(m) = &mut self.linkages[object.index()] else {
             return Err(RobotError::NoJoints { object: object.index() });
         };
         m.ws.set_base(&X_WO, &Motion::zero(), &Motion::zero());
-        poses(&linkage.tree, &mut m.ws, &m.q);
-        body_jacobian(&linkage.tree, &m.ws, body, &mut m.J);
-        Ok(linkage.tree.nv() - ROOT_V)
+        poses(&m.tree, &mut m.ws, &m.q);
+        body_jacobian(&m.tree, &m.ws, body, &mut m.J);
+        Ok(m.tree.nv() - ROOT_V)
     }
 
     /// Velocities at `p` through a chain into `columns`; zeros elsewhere.

@@ -9,7 +9,7 @@
 //! ```
 //! So nothing is jumped over, however thin.
 
-use super::{Hold, Robot, numbers};
+use super::{Hold, Mount, Robot, numbers};
 use crate::collision::{Carrier, Scene, matrix};
 use crate::error::RobotError;
 use crate::linkage::Link;
@@ -276,32 +276,11 @@ impl Robot {
         part: f64,
         half: f64,
     ) -> Result<Option<(ColliderId, ColliderId)>, RobotError> {
-        let Memory { step, probe, .. } = &mut self.collide;
-        step.iter_mut().zip(dv).for_each(|(s, d)| *s = part * d);
-        let scene = &self.model.scene;
-        let moved = |o: usize, far: f64| match self.holds[o] {
-            None => Ok::<f64, RobotError>(0.0),
-            Some(Hold { hand: (part, X), .. }) => {
-                let tip = self.model.chain(part)?.tip_body;
-                Ok(scene.motion(tip, X.position.norm() + far, dv))
-            }
-        };
-        for id in scene.colliders.ids() {
-            let far = match scene.endless(id) {
-                true => f64::INFINITY,
-                false => probe.extent(&scene.colliders, id),
-            };
-            let moved = match scene.carriers[id.index()] {
-                Carrier::World => 0.0,
-                Carrier::Body(b) => scene.motion(b, far, dv),
-                Carrier::Object(o) => moved(o, far)?,
-                // Its joints stand still on the way.
-                Carrier::Linked(o, b) => {
-                    let off = self.linkages[o].as_ref().map_or(0.0, |m| m.far[b.index()]);
-                    moved(o, off + far)?
-                }
-            };
-            probe.set_reach(id, if half > 0.0 { half * moved } else { 0.0 });
+        self.collide.step.iter_mut().zip(dv).for_each(|(s, d)| *s = part * d);
+        let model = self.model.clone();
+        for id in model.scene.colliders.ids() {
+            let reach = if half > 0.0 { half * self.moved(id, dv)? } else { 0.0 };
+            self.collide.probe.set_reach(id, reach);
         }
         let mut q = std::mem::take(&mut self.collide.q);
         self.model.multibody().integrate(qa, &self.collide.step, &mut q);
@@ -311,6 +290,31 @@ impl Robot {
             self.collide.probe.set_reach(id, 0.0);
         }
         found
+    }
+
+    /// How far points of a collider may come while the coordinates change by `dv`, m. Joints of objects stand still.
+    fn moved(&self, id: ColliderId, dv: &[f64]) -> Result<f64, RobotError> {
+        let scene = &self.model.scene;
+        let far = match scene.endless(id) {
+            true => f64::INFINITY,
+            false => self.collide.probe.extent(&scene.colliders, id),
+        };
+        let (object, far) = match scene.carriers[id.index()] {
+            Carrier::World => return Ok(0.0),
+            Carrier::Body(b) => return Ok(scene.motion(b, far, dv)),
+            Carrier::Object(o) => (o, far),
+            Carrier::Linked(o, b) => {
+                (o, self.linkages[o].as_ref().map_or(0.0, |m| m.far[b.index()]) + far)
+            }
+        };
+        match self.holds[self.root(object)] {
+            None => Ok(0.0),
+            Some(Hold { hand: (part, X), .. }) => {
+                let tip = self.model.chain(part)?.tip_body;
+                let far = X.position.norm() + self.far_from_root(object, far);
+                Ok(scene.motion(tip, far, dv))
+            }
+        }
     }
 
     /// Thickness around a collider from now on, m. O(colliders).
@@ -384,15 +388,15 @@ impl Robot {
         Ok(self.collide.probe.meet(a, b))
     }
 
-    /// After the hands of an object changed: its pairs.
+    /// After the hands of an object changed, or what it is attached to: its pairs and those of all that it carries.
     pub(super) fn filter(&mut self, object: Object) {
         let model = self.model.clone();
         let scene = &model.scene;
-        let of = |i: &ColliderId| {
-            let carried = scene.carriers[i.index()].object(&model.linkages);
-            carried.is_some_and(|(o, _)| o == object.index())
-        };
-        for a in scene.colliders.ids().filter(of) {
+        for a in scene.colliders.ids() {
+            let own = scene.carriers[a.index()].object(&model.linkages);
+            if !own.is_some_and(|(o, _)| self.carries(object.index(), o)) {
+                continue;
+            }
             for b in scene.colliders.ids().filter(|b| *b != a) {
                 self.decide(a, b);
             }
@@ -404,22 +408,21 @@ impl Robot {
         let scene = &self.model.scene;
         let n = scene.colliders.len();
         let held = |x: ColliderId, y: ColliderId| {
-            let Some((o, link)) = scene.carriers[x.index()].object(&self.model.linkages) else {
-                return true;
-            };
+            let Some((o, link)) = self.carried(x) else { return true };
             let Some(hold) = self.holds[o] else { return true };
             let hands = [Some(hold.hand.0), hold.second.map(|s| s.0)];
             hands.into_iter().flatten().all(|p| self.meets(p, (o, link), y))
         };
-        let meet = self.collide.said[a.index() * n + b.index()]
-            .unwrap_or_else(|| scene.colliders.meet(a, b) && held(a, b) && held(b, a));
+        let meet = self.collide.said[a.index() * n + b.index()].unwrap_or_else(|| {
+            scene.colliders.meet(a, b) && self.apart(a, b) && held(a, b) && held(b, a)
+        });
         self.collide.probe.set_meet(a, b, meet);
     }
 
     /// Whether an object that a part holds, or a body that hangs on it, meets a collider.
     fn meets(&self, part: Part, (own, link): (usize, Link), other: ColliderId) -> bool {
         let scene = &self.model.scene;
-        let Some((o, to)) = scene.carriers[other.index()].object(&self.model.linkages) else {
+        let Some((o, to)) = self.carried(other) else {
             let [welded, joined] = scene.meets_held[part.index()][other.index()];
             return match link {
                 Link::Welded => welded,
@@ -427,7 +430,7 @@ impl Robot {
                 Link::Beyond => true,
             };
         };
-        // What is between bodies of one object the rules say.
+        // What is between bodies of one object the rules say, and what is attached to it `apart`.
         let Some(hold) = self.holds[o].filter(|_| o != own) else { return true };
         let tip = |p: Part| self.model.chain(p).map(|c| c.tip_body).ok();
         let hands = [Some(hold.hand.0), hold.second.map(|s| s.0)];
@@ -451,21 +454,24 @@ impl Robot {
         numbers("q", q, self.q.len())?;
         let Memory { probe, ws, objects, linkages, .. } = &mut self.collide;
         poses(&self.tree, ws, q);
-        for (i, at) in objects.iter_mut().enumerate() {
-            *at = match self.holds[i] {
-                Some(hold) => {
+        let trees = &self.model.linkages;
+        for i in self.order.iter().map(|i| *i as usize) {
+            objects[i] = match (self.holds[i], self.mounts[i]) {
+                (Some(hold), _) => {
                     let tip = self.model.chain(hold.hand.0)?.tip_body;
                     ws.body_pose(&self.tree, tip) * hold.hand.1
                 }
-                None => self.objects[i],
+                (None, Some(Mount { on, body, pose })) => {
+                    let carrier = match (&trees[on.index()], &linkages[on.index()], body) {
+                        (Some(l), Some(ws), Some(body)) => ws.body_pose(&l.tree, body),
+                        _ => objects[on.index()],
+                    };
+                    carrier * pose
+                }
+                (None, None) => self.objects[i],
             };
-        }
-        let trees = &self.model.linkages;
-        for (((l, ws), at), m) in
-            trees.iter().zip(&mut *linkages).zip(&*objects).zip(&self.linkages)
-        {
-            if let (Some(l), Some(ws), Some(m)) = (l, ws, m) {
-                ws.set_base(at, &Motion::zero(), &Motion::zero());
+            if let (Some(l), Some(ws), Some(m)) = (&trees[i], &mut linkages[i], &self.linkages[i]) {
+                ws.set_base(&objects[i], &Motion::zero(), &Motion::zero());
                 poses(&l.tree, ws, &m.q);
             }
         }

@@ -2,12 +2,13 @@
 //!
 //! An object hangs on the tip of the hand that took it first: its inertia is added to that body's, the sum made anew
 //! from the body's own and those of all that it carries, in the order of the model's objects. So what was let go leaves no trace in any bit.
+//! Objects may be attached to others (`mount.rs`): the hand carries all of them.
 //! A second hand on the same object closes a loop; [`Robot::balance`] shares the load between both.
 //! ```text
 //! M_T = M_T⁰ + Σ φ(T,O) M_O φ*(T,O)          T: body of the tip; O: objects in the hand, each at X_TO
 //! ```
 
-use super::Robot;
+use super::{Mount, Robot};
 use crate::error::RobotError;
 use crate::model::Object;
 use crate::part::Part;
@@ -40,26 +41,33 @@ impl Robot {
         self.holds.get(object.index()).copied().ok_or(RobotError::ForeignHandle)
     }
 
-    /// `X_WO`: where an object is: in the hand, or where it was put or let go last.
+    /// `X_WO`: where an object is: in the hand, where it is attached, or where it was put or let go last.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`].
     pub fn object_pose(&mut self, object: Object) -> Result<Pose, RobotError> {
         match self.hold(object)? {
             Some(Hold { hand: (part, X_TO), .. }) => Ok(self.tip_pose(part)? * X_TO),
-            None => Ok(self.objects[object.index()]),
+            None => match self.mounts[object.index()] {
+                Some(Mount { on, body: Some(body), pose }) => {
+                    Ok(self.object_body_pose(on, body)? * pose)
+                }
+                Some(Mount { on, body: None, pose }) => Ok(self.object_pose(on)? * pose),
+                None => Ok(self.objects[object.index()]),
+            },
         }
     }
 
     /// Puts an object that nobody holds somewhere: `X_WO`.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::Held`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`].
+    /// [`RobotError::ForeignHandle`], [`RobotError::Held`], [`RobotError::Attached`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`].
     pub fn put(&mut self, object: Object, X_WO: Pose) -> Result<(), RobotError> {
         check_pose(&X_WO)?;
         if self.hold(object)?.is_some() {
             return Err(RobotError::Held { object: object.index() });
         }
+        self.not_attached(object)?;
         self.objects[object.index()] = X_WO;
         Ok(())
     }
@@ -68,10 +76,11 @@ impl Robot {
     /// has to be where its grasp says within `1e-6` m and rad. O(objects), no allocation.
     ///
     /// # Errors
-    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Held`] by this hand or by two,
+    /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Held`] by this hand or by two, [`RobotError::Attached`],
     /// [`RobotError::LoopOpen`], [`RobotError::NotFinite`], [`RobotError::OutOfRange`]; then nothing has changed.
     pub fn grasp(&mut self, hand: Part, object: Object, grasp: Grasp) -> Result<(), RobotError> {
         let held = self.hold(object)?;
+        self.not_attached(object)?;
         let X_WT = self.tip_pose(hand)?;
         let X_WO = self.object_pose(object)?;
         let here = X_WT.inverse() * X_WO;
@@ -174,12 +183,11 @@ impl Robot {
         let model = &self.model;
         let body = model.chain(hand)?.tip_body;
         let mut sum = *model.multibody().get(body).inertia();
-        for (o, (hold, (_, rigid))) in self.holds.iter().zip(&model.objects).enumerate() {
+        for (hold, load) in self.holds.iter().zip(&self.loads) {
             let Some(Hold { hand: (part, X), .. }) = hold else { continue };
-            let inertia = self.linkages[o].as_ref().map_or(*rigid, |m| m.inertia);
             // Two parts may end at one body.
             if model.chain(*part)?.tip_body == body {
-                sum += inertia.rotate(&X.rotation).shift_to_parent(&X.position);
+                sum += load.rotate(&X.rotation).shift_to_parent(&X.position);
             }
         }
         let done = self.tree.set_inertia(body, sum);
@@ -189,7 +197,7 @@ impl Robot {
 }
 
 /// Finite, and a rotation.
-fn check_pose(X: &Pose) -> Result<(), RobotError> {
+pub(super) fn check_pose(X: &Pose) -> Result<(), RobotError> {
     super::numbers("position", X.position.as_slice(), 3)?;
     super::numbers("rotation", X.rotation.coords.as_slice(), 4)?;
     let value = X.rotation.coords.norm();

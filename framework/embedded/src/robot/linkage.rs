@@ -14,7 +14,7 @@ use crate::error::RobotError;
 use crate::linkage::{Linkage, ROOT_Q, ROOT_V};
 use crate::model::{Object, RobotModel};
 use linkwork_dynamics::{
-    Workspace, inverse_dynamics, mass_matrix, node_jacobian_transpose_product, poses,
+    Tree, Workspace, inverse_dynamics, mass_matrix, node_jacobian_transpose_product, poses,
 };
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Motion, Pose, RigidInertia, Vec3};
@@ -22,6 +22,8 @@ use linkwork_spatial::{Force, Motion, Pose, RigidInertia, Vec3};
 /// Memory for one object with joints.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
+    /// The object's bodies with the inertia of what is attached to them.
+    pub tree: Tree,
     pub ws: Workspace,
     /// The root's, which stay, and θ.
     pub q: Vec<f64>,
@@ -32,7 +34,7 @@ pub(super) struct Memory {
     M: Vec<f64>,
     /// Of one of its bodies (6 × nv).
     pub J: Vec<f64>,
-    /// Of all bodies at θ, about the object's origin, its axes.
+    /// Of all bodies at θ, with what is attached to them, about the object's origin, its axes.
     pub inertia: RigidInertia,
     /// How far the origin of each body is from the object's, m.
     pub far: Vec<f64>,
@@ -42,6 +44,7 @@ impl Memory {
     pub fn new(linkage: &Linkage) -> Self {
         let (tree, nv) = (&linkage.tree, linkage.tree.nv());
         let mut new = Self {
+            tree: tree.clone(),
             ws: Workspace::new(tree),
             q: linkage.multibody().neutral_q(),
             v: vec![0.0; nv],
@@ -53,18 +56,18 @@ impl Memory {
             inertia: RigidInertia::zero(),
             far: vec![0.0; linkage.multibody().bodies().len()],
         };
-        new.look(linkage);
+        new.look();
         new
     }
 
     /// What follows from θ.
-    fn look(&mut self, linkage: &Linkage) {
+    pub(super) fn look(&mut self) {
         self.ws.set_base(&Pose::identity(), &Motion::zero(), &Motion::zero());
-        poses(&linkage.tree, &mut self.ws, &self.q);
+        poses(&self.tree, &mut self.ws, &self.q);
         self.inertia = RigidInertia::zero();
-        for (id, far) in linkage.multibody().body_ids().zip(&mut self.far) {
-            let X = self.ws.body_pose(&linkage.tree, id);
-            let own = *linkage.multibody().get(id).inertia();
+        for (id, far) in self.tree.multibody().body_ids().zip(&mut self.far) {
+            let X = self.ws.body_pose(&self.tree, id);
+            let own = *self.tree.multibody().get(id).inertia();
             self.inertia += own.rotate(&X.rotation).shift_to_parent(&X.position);
             *far = X.position.norm();
         }
@@ -104,17 +107,10 @@ impl Robot {
     pub fn set_object_q(&mut self, object: Object, q: &[f64]) -> Result<(), RobotError> {
         let wanted = self.linkage(object)?.tree.nq() - ROOT_Q;
         numbers("q of an object", q, wanted)?;
-        let model = self.model.clone();
-        if let (Some(linkage), Some(memory)) =
-            (&model.linkages[object.index()], &mut self.linkages[object.index()])
-        {
+        if let Some(memory) = &mut self.linkages[object.index()] {
             memory.q[ROOT_Q..].copy_from_slice(q);
-            memory.look(linkage);
         }
-        match self.hold(object)? {
-            Some(hold) => self.carry(hold.hand.0),
-            None => Ok(()),
-        }
+        self.reload(Some(object.index()))
     }
 
     /// `X_WB`: where a body of an object ([`RobotModel::object_body`]) is.
@@ -126,14 +122,12 @@ impl Robot {
             return Err(RobotError::ForeignHandle);
         }
         let X_WO = self.object_pose(object)?;
-        let (Some(linkage), Some(memory)) =
-            (&self.model.linkages[object.index()], &mut self.linkages[object.index()])
-        else {
+        let Some(memory) = &mut self.linkages[object.index()] else {
             return Err(RobotError::NoJoints { object: object.index() });
         };
         memory.ws.set_base(&X_WO, &Motion::zero(), &Motion::zero());
-        poses(&linkage.tree, &mut memory.ws, &memory.q);
-        Ok(memory.ws.body_pose(&linkage.tree, body))
+        poses(&memory.tree, &mut memory.ws, &memory.q);
+        Ok(memory.ws.body_pose(&memory.tree, body))
     }
 
     /// As [`feed_forward`](Self::feed_forward) while the joints of a held object move: `rates` and `accelerations` of theirs (nv of its own), and into `forces`
@@ -161,20 +155,18 @@ impl Robot {
         self.feed_forward(v, vdot, pushes, tau)?;
         let (part, X_TO) = hold.hand;
         let base = self.base_of(self.model.tip(part)?, &X_TO);
-        let (Some(linkage), Some(m)) =
-            (&self.model.linkages[object.index()], &mut self.linkages[object.index()])
-        else {
+        let Some(m) = &mut self.linkages[object.index()] else {
             return Err(RobotError::NoJoints { object: object.index() });
         };
         m.ws.set_base(&base.pose, &base.velocity, &base.acceleration);
         m.ws.clear_forces();
         m.ws.apply_uniform_gravity(self.gravity);
         let root = |tau: &[f64]| [0, 3].map(|k| Vec3::new(tau[k], tau[k + 1], tau[k + 2]));
-        inverse_dynamics(&linkage.tree, &mut m.ws, &m.q, &m.rest, &m.rest, &mut m.tau);
+        inverse_dynamics(&m.tree, &mut m.ws, &m.q, &m.rest, &m.rest, &mut m.tau);
         let locked = root(&m.tau);
         m.v[ROOT_V..].copy_from_slice(rates);
         m.vdot[ROOT_V..].copy_from_slice(accelerations);
-        inverse_dynamics(&linkage.tree, &mut m.ws, &m.q, &m.v, &m.vdot, &mut m.tau);
+        inverse_dynamics(&m.tree, &mut m.ws, &m.q, &m.v, &m.vdot, &mut m.tau);
         let moving = root(&m.tau);
         forces.copy_from_slice(&m.tau[ROOT_V..]);
         let more = [0, 1].map(|k| base.pose.rotation * (moving[k] - locked[k]));
@@ -201,14 +193,12 @@ impl Robot {
             M.copy_within(row * nv..(row + 1) * nv, row * width);
         }
         let X_WO = self.object_pose(object)?;
-        let (Some(linkage), Some(m)) =
-            (&self.model.linkages[object.index()], &mut self.linkages[object.index()])
-        else {
+        let Some(m) = &mut self.linkages[object.index()] else {
             return Err(RobotError::NoJoints { object: object.index() });
         };
         m.ws.set_base(&X_WO, &Motion::zero(), &Motion::zero());
-        poses(&linkage.tree, &mut m.ws, &m.q);
-        mass_matrix(&linkage.tree, &mut m.ws, &mut m.M);
+        poses(&m.tree, &mut m.ws, &m.q);
+        mass_matrix(&m.tree, &mut m.ws, &mut m.M);
         let (part, X_TO) = hold.hand;
         let tip = self.model.tip(part)?;
         for j in 0..n {

@@ -9,6 +9,7 @@ mod hold;
 mod kinematics;
 mod linkage;
 mod mass;
+mod mount;
 mod obstacles;
 mod predict;
 mod prefer;
@@ -28,6 +29,7 @@ pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
 pub use force::Push;
 pub use grip::{Friction, Gripped};
 pub use hold::{Grasp, Hold};
+pub use mount::Mount;
 pub use predict::Predictor;
 pub use prefer::{Best, Prefer};
 pub use rate_control::{Guards, RateControl};
@@ -45,7 +47,7 @@ use crate::model::RobotModel;
 use crate::part::Part;
 use linkwork_dynamics::{InverseKinematics, Tree, Workspace};
 use linkwork_spatial::nalgebra::Vector6;
-use linkwork_spatial::{Pose, Vec3};
+use linkwork_spatial::{Pose, RigidInertia, Vec3};
 use std::sync::Arc;
 
 /// Memory for one chain.
@@ -81,6 +83,11 @@ pub struct Robot {
     /// For each object: who holds it, and where it is when nobody does.
     holds: Vec<Option<Hold>>,
     objects: Vec<Pose>,
+    /// For each object: what it is attached to, and its inertia with what is attached to it.
+    mounts: Vec<Option<Mount>>,
+    loads: Vec<RigidInertia>,
+    /// All objects, each after what it is attached to.
+    order: Vec<u32>,
     /// For each object that has joints: where they are, and memory.
     linkages: Vec<Option<linkage::Memory>>,
     /// Zero rates, forces of one tip, a Jacobian of one tip, columns of a closed loop.
@@ -104,6 +111,9 @@ impl Clone for Robot {
             gravity: self.gravity,
             holds: self.holds.clone(),
             objects: self.objects.clone(),
+            mounts: self.mounts.clone(),
+            loads: self.loads.clone(),
+            order: self.order.clone(),
             linkages: self.linkages.clone(),
             rest: self.rest.clone(),
             room: self.room.clone(),
@@ -145,6 +155,9 @@ impl Robot {
             gravity: Vec3::new(0.0, 0.0, -9.81),
             holds: vec![None; model.objects.len()],
             objects: vec![Pose::identity(); model.objects.len()],
+            mounts: vec![None; model.objects.len()],
+            loads: vec![RigidInertia::zero(); model.objects.len()],
+            order: (0..model.objects.len() as u32).collect(),
             linkages: Self::linkages(model),
             rest: vec![0.0; nv],
             room: vec![0.0; nv],
@@ -157,9 +170,13 @@ impl Robot {
         new
     }
 
-    /// Makes the memory of the mechanism this robot's own, and every hand's inertia the sum that
-    /// [`carry`](Self::carry) makes: what was held leaves no trace in it.
+    /// Makes the memory of the mechanism and of objects with joints this robot's own, and every object's and hand's inertia the sum that
+    /// [`load`](Self::load) and [`carry`](Self::carry) make: what was held leaves no trace in it.
     fn own_tree(&mut self) {
+        // Each after what is attached to it.
+        for i in (0..self.order.len()).rev() {
+            self.load(self.order[i] as usize);
+        }
         for i in 0..self.model.parts.len() {
             if self.model.parts[i].chain.is_some() {
                 let done = self.carry(Part(i as u32));

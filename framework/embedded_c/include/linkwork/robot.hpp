@@ -1,5 +1,5 @@
-// The embedded robot model for C++20: handles that free themselves, exceptions instead of codes, spans instead of pointers
-// with lengths. Everything is a call of robot.h, where each is described. Header only.
+// The embedded robot model for C++17 and later: handles that free themselves, exceptions instead of codes, spans instead of
+// pointers with lengths. Everything is a call of robot.h, where each is described. Header only.
 #ifndef LINKWORK_ROBOT_HPP
 #define LINKWORK_ROBOT_HPP
 
@@ -11,13 +11,48 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
+#if __cplusplus >= 202002L
+#include <span>
+#else
+#include <iterator>
+#include <type_traits>
+#endif
 
 namespace linkwork {
+
+#if __cplusplus >= 202002L
+template <class T>
+using Span = std::span<T>;
+#else
+// Numbers that lie one after the other and belong to somebody else: what is used here of std::span, which C++17 does not have.
+template <class T>
+class Span {
+ public:
+  constexpr Span() noexcept = default;
+  constexpr Span(T *data, std::size_t size) noexcept : data_(data), size_(size) {}
+  // Of arrays, std::array, std::vector and all that has data() and size() of such numbers.
+  template <class Numbers, class Element = std::remove_pointer_t<decltype(std::data(std::declval<Numbers &>()))>,
+            class = std::enable_if_t<std::is_convertible_v<Element (*)[], T (*)[]>>>
+  constexpr Span(Numbers &&numbers) noexcept : data_(std::data(numbers)), size_(std::size(numbers)) {}
+
+  constexpr T *data() const noexcept { return data_; }
+  constexpr std::size_t size() const noexcept { return size_; }
+  constexpr bool empty() const noexcept { return size_ == 0; }
+  constexpr T &front() const { return *data_; }
+  constexpr Span first(std::size_t count) const { return {data_, count}; }
+  constexpr T *begin() const noexcept { return data_; }
+  constexpr T *end() const noexcept { return data_ + size_; }
+  constexpr T &operator[](std::size_t i) const { return data_[i]; }
+
+ private:
+  T *data_ = nullptr;
+  std::size_t size_ = 0;
+};
+#endif
 
 // A call that did nothing: its code, and as what() the handle's message.
 class Error : public std::runtime_error {
@@ -150,7 +185,7 @@ inline LwWish center_wish(std::uint32_t level, std::array<double, 3> motion) {
   return wish;
 }
 // The numbers stay where they are: they have to be there during the call.
-inline LwWish posture_wish(std::uint32_t level, std::span<const double> posture) {
+inline LwWish posture_wish(std::uint32_t level, Span<const double> posture) {
   LwWish wish = tip_wish(level, 0, {});
   wish.kind = LW_WISH_POSTURE;
   wish.posture = posture.data();
@@ -169,7 +204,7 @@ inline std::vector<std::array<double, 2>> support_polygon(std::vector<std::array
   return hull;
 }
 // How far a place is inside such a polygon, m; negative outside.
-inline double support_margin(std::span<const std::array<double, 2>> hull, std::array<double, 2> p) {
+inline double support_margin(Span<const std::array<double, 2>> hull, std::array<double, 2> p) {
   double out = 0;
   detail::check<LwRobot>(
       lw_support_margin(hull.empty() ? nullptr : hull.front().data(), hull.size(), p.data(), &out), nullptr,
@@ -178,8 +213,8 @@ inline double support_margin(std::span<const std::array<double, 2>> hull, std::a
 }
 
 // Where a robot is, and how it moves: at rest without rates. The numbers stay where they are.
-inline LwMotionState motion_state(std::span<const double> q, std::span<const double> v = {},
-                                  std::span<const double> vdot = {}) {
+inline LwMotionState motion_state(Span<const double> q, Span<const double> v = {},
+                                  Span<const double> vdot = {}) {
   if (!v.empty() && !vdot.empty() && v.size() != vdot.size())
     throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
   return {q.data(), q.size(), v.empty() ? nullptr : v.data(), vdot.empty() ? nullptr : vdot.data(),
@@ -322,6 +357,7 @@ class Builder {
   }
 
   Builder &packages(const std::string &folder) { return check(lw_builder_packages(get(), folder.c_str())); }
+  Builder &keep_closures() { return check(lw_builder_keep_closures(get())); }
   Builder &robot_file(const std::string &path, std::uint32_t root = LW_ROOT_AS_WRITTEN,
                       std::uint32_t inertia = LW_INERTIA_WARN) {
     return check(lw_builder_robot_file(get(), path.c_str(), root, inertia));
@@ -369,17 +405,17 @@ class Builder {
                      double edge, const std::optional<LwPose> &at = std::nullopt) {
     return check(lw_builder_voxel_map(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, cells.data(), edge));
   }
-  Builder &hull(const std::string &name, const std::string &carrier, std::span<const std::array<double, 3>> points,
+  Builder &hull(const std::string &name, const std::string &carrier, Span<const std::array<double, 3>> points,
                 const std::optional<LwPose> &at = std::nullopt) {
     return check(lw_builder_hull(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, first(points), points.size()));
   }
-  Builder &mesh(const std::string &name, const std::string &carrier, std::span<const std::array<double, 3>> vertices,
-                std::span<const std::array<std::uint32_t, 3>> triangles, const std::optional<LwPose> &at = std::nullopt) {
+  Builder &mesh(const std::string &name, const std::string &carrier, Span<const std::array<double, 3>> vertices,
+                Span<const std::array<std::uint32_t, 3>> triangles, const std::optional<LwPose> &at = std::nullopt) {
     return check(lw_builder_mesh(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, first(vertices),
                                  vertices.size(), first(triangles), triangles.size()));
   }
   Builder &height_field(const std::string &name, const std::string &carrier, std::size_t x, std::size_t y,
-                        std::array<double, 2> spacing, std::span<const double> heights,
+                        std::array<double, 2> spacing, Span<const double> heights,
                         const std::optional<LwPose> &at = std::nullopt) {
     return check(lw_builder_height_field(get(), name.c_str(), carrier.c_str(), at ? &*at : nullptr, x, y,
                                          spacing.data(), heights.data(), heights.size()));
@@ -388,16 +424,16 @@ class Builder {
   Builder &coarse(const std::string &name, const LwShape &shape) {
     return check(lw_builder_coarse(get(), name.c_str(), &shape));
   }
-  Builder &coarse_hull(const std::string &name, std::span<const std::array<double, 3>> points) {
+  Builder &coarse_hull(const std::string &name, Span<const std::array<double, 3>> points) {
     return check(lw_builder_coarse_hull(get(), name.c_str(), first(points), points.size()));
   }
-  Builder &coarse_mesh(const std::string &name, std::span<const std::array<double, 3>> vertices,
-                       std::span<const std::array<std::uint32_t, 3>> triangles) {
+  Builder &coarse_mesh(const std::string &name, Span<const std::array<double, 3>> vertices,
+                       Span<const std::array<std::uint32_t, 3>> triangles) {
     return check(lw_builder_coarse_mesh(get(), name.c_str(), first(vertices), vertices.size(), first(triangles),
                                         triangles.size()));
   }
   Builder &coarse_voxel_map(const std::string &name, std::array<std::uint32_t, 3> cells, double edge,
-                            std::span<const std::array<std::uint32_t, 3>> occupied) {
+                            Span<const std::array<std::uint32_t, 3>> occupied) {
     return check(lw_builder_coarse_voxel_map(get(), name.c_str(), cells.data(), edge, first(occupied),
                                              occupied.size()));
   }
@@ -405,7 +441,7 @@ class Builder {
     return check(lw_builder_collide(get(), a.c_str(), b.c_str()));
   }
   // None of these bodies collides with another of them.
-  Builder &apart(std::span<const std::string> bodies) {
+  Builder &apart(Span<const std::string> bodies) {
     std::vector<const char *> names;
     for (const auto &name : bodies) names.push_back(name.c_str());
     return check(lw_builder_apart(get(), names.data(), names.size()));
@@ -425,7 +461,7 @@ class Builder {
 
  private:
   template <class T, std::size_t N>
-  static const T *first(std::span<const std::array<T, N>> rows) {
+  static const T *first(Span<const std::array<T, N>> rows) {
     return rows.empty() ? nullptr : rows.front().data();
   }
 
@@ -453,42 +489,42 @@ class Robot {
     return Robot(out);
   }
 
-  void q(std::span<double> out) const { check(lw_robot_q(get(), out.data(), out.size())); }
-  void set_q(std::span<const double> q) { check(lw_robot_set_q(get(), q.data(), q.size())); }
-  void clamp(std::span<double> q) const { check(lw_robot_clamp(get(), q.data(), q.size())); }
+  void q(Span<double> out) const { check(lw_robot_q(get(), out.data(), out.size())); }
+  void set_q(Span<const double> q) { check(lw_robot_set_q(get(), q.data(), q.size())); }
+  void clamp(Span<double> q) const { check(lw_robot_clamp(get(), q.data(), q.size())); }
   void set_gravity(std::array<double, 3> g) { check(lw_robot_set_gravity(get(), g.data())); }
 
   LwPose tip_pose(std::uint32_t part) { return pose(lw_robot_tip_pose, part); }
   LwPose base_pose(std::uint32_t part) { return pose(lw_robot_base_pose, part); }
   LwPose body_pose(std::uint32_t body) { return pose(lw_robot_body_pose, body); }
   LwPose object_pose(std::uint32_t object) { return pose(lw_robot_object_pose, object); }
-  void jacobian(std::uint32_t part, std::span<double> J) { check(lw_robot_jacobian(get(), part, J.data(), J.size())); }
-  void whole_jacobian(std::uint32_t part, std::span<double> J) {
+  void jacobian(std::uint32_t part, Span<double> J) { check(lw_robot_jacobian(get(), part, J.data(), J.size())); }
+  void whole_jacobian(std::uint32_t part, Span<double> J) {
     check(lw_robot_whole_jacobian(get(), part, J.data(), J.size()));
   }
 
   // `gradient`: over the chain's degrees of freedom, or none.
   LwManipulability manipulability(std::uint32_t part, std::uint32_t rows = LW_ROWS_ALL, double length = 1,
-                                  std::span<double> gradient = {}) {
+                                  Span<double> gradient = {}) {
     LwManipulability out;
     check(lw_robot_manipulability(get(), part, rows, length, &out, gradient.data(), gradient.size()));
     return out;
   }
   // What is missing, rad/s and m/s.
-  std::array<double, 2> rates(std::uint32_t part, std::array<double, 6> twist, std::span<double> v) {
+  std::array<double, 2> rates(std::uint32_t part, std::array<double, 6> twist, Span<double> v) {
     std::array<double, 2> out;
     check(lw_robot_rates(get(), part, twist.data(), v.data(), v.size(), out.data()));
     return out;
   }
 
-  LwAnswer reach(std::uint32_t part, const LwGoal &goal, std::span<double> q,
+  LwAnswer reach(std::uint32_t part, const LwGoal &goal, Span<double> q,
                  const std::optional<LwEffort> &effort = std::nullopt) {
     LwAnswer out;
     check(lw_robot_reach(get(), part, &goal, effort ? &*effort : nullptr, q.data(), q.size(), &out));
     return out;
   }
   // Configurations one after the other, q.size() numbers each; held: -1, or the place in β of the hinge that stays as it is.
-  std::vector<double> reach_all(std::uint32_t part, const LwGoal &goal, std::span<const double> q, std::int64_t held = -1) {
+  std::vector<double> reach_all(std::uint32_t part, const LwGoal &goal, Span<const double> q, std::int64_t held = -1) {
     constexpr std::size_t most = 8;
     std::vector<double> out(most * q.size());
     std::size_t count = 0;
@@ -496,28 +532,28 @@ class Robot {
     out.resize(count * q.size());
     return out;
   }
-  LwBest reach_best(std::uint32_t part, const LwGoal &goal, const LwPrefer &prefer, std::span<double> q,
+  LwBest reach_best(std::uint32_t part, const LwGoal &goal, const LwPrefer &prefer, Span<double> q,
                     const std::optional<LwEffort> &effort = std::nullopt) {
     LwBest out;
     check(lw_robot_reach_best(get(), part, &goal, &prefer, effort ? &*effort : nullptr, q.data(), q.size(), &out));
     return out;
   }
-  LwAnswer reach_on(std::uint32_t part, std::size_t kinematics, std::span<double> q) {
+  LwAnswer reach_on(std::uint32_t part, std::size_t kinematics, Span<double> q) {
     LwAnswer out;
     check(lw_robot_reach_on(get(), part, kinematics, q.data(), q.size(), &out));
     return out;
   }
 
-  void feed_forward(std::span<const double> v, std::span<const double> vdot, std::span<double> tau,
-                    std::span<const LwPush> pushes = {}) {
+  void feed_forward(Span<const double> v, Span<const double> vdot, Span<double> tau,
+                    Span<const LwPush> pushes = {}) {
     if (v.size() != vdot.size() || v.size() != tau.size())
       throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
     check(lw_robot_feed_forward(get(), v.data(), vdot.data(), v.size(), pushes.data(), pushes.size(), tau.data()));
   }
   // While the joints of a held object move: `rates`, `accelerations`, `forces` have a number for each of them.
-  void feed_forward_with(std::span<const double> v, std::span<const double> vdot, std::uint32_t object,
-                         std::span<const double> rates, std::span<const double> accelerations, std::span<double> tau,
-                         std::span<double> forces, std::span<const LwPush> pushes = {}) {
+  void feed_forward_with(Span<const double> v, Span<const double> vdot, std::uint32_t object,
+                         Span<const double> rates, Span<const double> accelerations, Span<double> tau,
+                         Span<double> forces, Span<const LwPush> pushes = {}) {
     if (v.size() != vdot.size() || v.size() != tau.size())
       throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
     if (rates.size() != accelerations.size() || rates.size() != forces.size())
@@ -525,17 +561,17 @@ class Robot {
     check(lw_robot_feed_forward_with(get(), v.data(), vdot.data(), v.size(), object, rates.data(), accelerations.data(),
                                      rates.size(), pushes.data(), pushes.size(), tau.data(), forces.data()));
   }
-  void held_still(std::span<double> tau, std::span<const LwPush> pushes = {}) {
+  void held_still(Span<double> tau, Span<const LwPush> pushes = {}) {
     check(lw_robot_held_still(get(), pushes.data(), pushes.size(), tau.data(), tau.size()));
   }
   // `tips`: six numbers for each part.
-  void bias(std::span<const double> v, std::span<double> tau, std::span<const std::uint32_t> parts = {},
-            std::span<double> tips = {}) {
+  void bias(Span<const double> v, Span<double> tau, Span<const std::uint32_t> parts = {},
+            Span<double> tips = {}) {
     if (v.size() != tau.size() || tips.size() != 6 * parts.size())
       throw Error(LW_STATUS_LENGTH, "`v` and `tau`, or `parts` and `tips`, do not fit\n  help: give nv numbers each, and six for each part");
     check(lw_robot_bias(get(), v.data(), v.size(), parts.data(), parts.size(), tau.data(), tips.data()));
   }
-  void mass_matrix(std::span<double> M) { check(lw_robot_mass_matrix(get(), M.data(), M.size())); }
+  void mass_matrix(Span<double> M) { check(lw_robot_mass_matrix(get(), M.data(), M.size())); }
   // kg, and the centre in the world, m.
   std::pair<double, std::array<double, 3>> center_of_mass() {
     std::pair<double, std::array<double, 3>> out;
@@ -549,12 +585,12 @@ class Robot {
     return out;
   }
   // Angular, then linear, about the centre of mass.
-  std::array<double, 6> momentum(std::span<const double> v) {
+  std::array<double, 6> momentum(Span<const double> v) {
     std::array<double, 6> out;
     check(lw_robot_momentum(get(), v.data(), v.size(), out.data()));
     return out;
   }
-  void centroidal_matrix(std::span<double> A) { check(lw_robot_centroidal_matrix(get(), A.data(), A.size())); }
+  void centroidal_matrix(Span<double> A) { check(lw_robot_centroidal_matrix(get(), A.data(), A.size())); }
 
   LwHold hold(std::uint32_t object) {
     LwHold out;
@@ -562,17 +598,17 @@ class Robot {
     return out;
   }
   // Two hands on one object; wrenches are those of the first hand and of the second.
-  LwShared balance(std::uint32_t object, std::uint32_t balance, std::span<double> tau) {
+  LwShared balance(std::uint32_t object, std::uint32_t balance, Span<double> tau) {
     LwShared out;
     check(lw_robot_balance(get(), object, balance, tau.data(), tau.size(), &out));
     return out;
   }
-  std::array<LwWrench, 2> squeeze(std::uint32_t object, double force, std::span<double> tau) {
+  std::array<LwWrench, 2> squeeze(std::uint32_t object, double force, Span<double> tau) {
     std::array<LwWrench, 2> out;
     check(lw_robot_squeeze(get(), object, force, tau.data(), tau.size(), out.data()));
     return out;
   }
-  void exert(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, std::span<double> tau) {
+  void exert(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, Span<double> tau) {
     check(lw_robot_exert(get(), object, wrenches.data(), tau.data(), tau.size()));
   }
   // weights: of the first hand, of the second, and of 1 N m against 1 N.
@@ -599,41 +635,46 @@ class Robot {
   }
   void release(std::uint32_t hand, std::uint32_t object) { check(lw_robot_release(get(), hand, object)); }
   void ungrasp(std::uint32_t object) { check(lw_robot_ungrasp(get(), object)); }
+  void attach(std::uint32_t object, std::uint32_t on, std::uint32_t body = LW_ITSELF,
+              const std::optional<LwPose> &at = std::nullopt) {
+    check(lw_robot_attach(get(), object, on, body, at ? &*at : nullptr));
+  }
+  void detach(std::uint32_t object) { check(lw_robot_detach(get(), object)); }
 
-  bool collides(std::span<const double> q) {
+  bool collides(Span<const double> q) {
     bool out = false;
     check(lw_robot_collides(get(), q.data(), q.size(), &out, nullptr));
     return out;
   }
-  std::optional<LwPair> first_hit(std::span<const double> q) {
+  std::optional<LwPair> first_hit(Span<const double> q) {
     bool hit = false;
     LwPair out{};
     check(lw_robot_collides(get(), q.data(), q.size(), &hit, &out));
     return hit ? std::optional(out) : std::nullopt;
   }
-  std::optional<LwClosest> clearance(std::span<const double> q, double limit) {
+  std::optional<LwClosest> clearance(Span<const double> q, double limit) {
     LwClosest out;
     check(lw_robot_clearance(get(), q.data(), q.size(), limit, &out));
     return out.found ? std::optional(out) : std::nullopt;
   }
-  std::optional<LwClosest> distance(std::span<const double> q, std::uint32_t a, std::uint32_t b) {
+  std::optional<LwClosest> distance(Span<const double> q, std::uint32_t a, std::uint32_t b) {
     LwClosest out;
     check(lw_robot_distance(get(), q.data(), q.size(), a, b, &out));
     return out.found ? std::optional(out) : std::nullopt;
   }
   // All pairs that are looked at and within the limit; allocates.
-  std::vector<LwClosest> distances(std::span<const double> q, double limit) {
+  std::vector<LwClosest> distances(Span<const double> q, double limit) {
     return list<LwClosest>([&](LwClosest *p, std::size_t room, std::size_t *count) {
       return lw_robot_distances(get(), q.data(), q.size(), limit, p, room, count);
     });
   }
   // All pairs that touch; allocates.
-  std::vector<LwPair> hits(std::span<const double> q) {
+  std::vector<LwPair> hits(Span<const double> q) {
     return list<LwPair>([&](LwPair *p, std::size_t room, std::size_t *count) {
       return lw_robot_hits(get(), q.data(), q.size(), p, room, count);
     });
   }
-  LwPath path_free(std::span<const double> qa, std::span<const double> qb, double least = 1e-3,
+  LwPath path_free(Span<const double> qa, Span<const double> qb, double least = 1e-3,
                    std::size_t pieces = SIZE_MAX) {
     if (qa.size() != qb.size())
       throw Error(LW_STATUS_LENGTH, "`qa` and `qb` differ in length\n  help: give nq numbers each");
@@ -664,34 +705,34 @@ class Robot {
     return out;
   }
   /// Of a hand that is welded to a body of an object; `free`: not 0 for its joints that may move.
-  LwClosure closure(std::uint32_t hand, std::uint32_t object, std::uint32_t body, std::span<const std::uint8_t> free) {
+  LwClosure closure(std::uint32_t hand, std::uint32_t object, std::uint32_t body, Span<const std::uint8_t> free) {
     LwClosure out;
     check(lw_robot_closure_onto(get(), hand, object, body, free.data(), free.size(), &out));
     return out;
   }
-  void object_jacobian(std::uint32_t object, std::uint32_t body, std::span<double> J) {
+  void object_jacobian(std::uint32_t object, std::uint32_t body, Span<double> J) {
     check(lw_robot_object_jacobian(get(), object, body, J.data(), J.size()));
   }
-  void mass_matrix_with(std::uint32_t object, std::span<double> M) {
+  void mass_matrix_with(std::uint32_t object, Span<double> M) {
     check(lw_robot_mass_matrix_with(get(), object, M.data(), M.size()));
   }
-  void object_q(std::uint32_t object, std::span<double> q) {
+  void object_q(std::uint32_t object, Span<double> q) {
     check(lw_robot_object_q(get(), object, q.data(), q.size()));
   }
-  void set_object_q(std::uint32_t object, std::span<const double> q) {
+  void set_object_q(std::uint32_t object, Span<const double> q) {
     check(lw_robot_set_object_q(get(), object, q.data(), q.size()));
   }
   void pad(std::uint32_t collider, double padding) { check(lw_robot_pad(get(), collider, padding)); }
   void hide(std::uint32_t collider) { check(lw_robot_hide(get(), collider)); }
   void show(std::uint32_t collider) { check(lw_robot_show(get(), collider)); }
   /// Each x, y, z, radius.
-  void set_points(std::uint32_t cloud, std::span<const std::array<double, 4>> points) {
+  void set_points(std::uint32_t cloud, Span<const std::array<double, 4>> points) {
     check(lw_robot_set_points(get(), cloud, points.empty() ? nullptr : points.front().data(), points.size()));
   }
-  void set_cells(std::uint32_t map, std::span<const std::array<std::uint32_t, 3>> cells) {
+  void set_cells(std::uint32_t map, Span<const std::array<std::uint32_t, 3>> cells) {
     check(lw_robot_set_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
   }
-  void free_cells(std::uint32_t map, std::span<const std::array<std::uint32_t, 3>> cells) {
+  void free_cells(std::uint32_t map, Span<const std::array<std::uint32_t, 3>> cells) {
     check(lw_robot_free_cells(get(), map, cells.empty() ? nullptr : cells.front().data(), cells.size()));
   }
   bool cell(std::uint32_t map, std::array<std::uint32_t, 3> cell) {
@@ -743,25 +784,25 @@ class Robot {
 // The operational space of tips: six rows for each, angular before linear.
 class TaskSpace {
  public:
-  TaskSpace(Robot &robot, std::span<const std::uint32_t> parts) {
+  TaskSpace(Robot &robot, Span<const std::uint32_t> parts) {
     LwTaskSpace *out = nullptr;
     robot.check(lw_task_space_new(robot.get(), parts.data(), parts.size(), &out));
     handle_.reset(out);
   }
-  void compliance(Robot &robot, std::span<double> out) {
+  void compliance(Robot &robot, Span<double> out) {
     robot.check(lw_task_space_compliance(robot.get(), get(), out.data(), out.size()));
   }
-  void inertia(Robot &robot, std::span<double> out) {
+  void inertia(Robot &robot, Span<double> out) {
     robot.check(lw_task_space_inertia(robot.get(), get(), out.data(), out.size()));
   }
-  void forces(Robot &robot, std::span<const double> v, std::span<const double> a, std::span<double> tau,
-              std::span<const double> rest = {}) {
+  void forces(Robot &robot, Span<const double> v, Span<const double> a, Span<double> tau,
+              Span<const double> rest = {}) {
     same(v, tau, rest);
     robot.check(lw_task_space_forces(robot.get(), get(), v.data(), v.size(), a.data(), a.size(),
                                      rest.empty() ? nullptr : rest.data(), tau.data()));
   }
-  void impedance(Robot &robot, std::span<const double> v, std::span<const LwImpedance> springs, std::span<double> tau,
-                 std::span<const double> rest = {}) {
+  void impedance(Robot &robot, Span<const double> v, Span<const LwImpedance> springs, Span<double> tau,
+                 Span<const double> rest = {}) {
     same(v, tau, rest);
     robot.check(lw_task_space_impedance(robot.get(), get(), v.data(), v.size(), springs.data(), springs.size(),
                                         rest.empty() ? nullptr : rest.data(), tau.data()));
@@ -769,7 +810,7 @@ class TaskSpace {
   LwTaskSpace *get() const noexcept { return handle_.get(); }
 
  private:
-  static void same(std::span<const double> v, std::span<double> tau, std::span<const double> rest) {
+  static void same(Span<const double> v, Span<double> tau, Span<const double> rest) {
     if (v.size() != tau.size() || (!rest.empty() && rest.size() != v.size()))
       throw Error(LW_STATUS_LENGTH, "`v`, `tau` and `rest` differ in length\n  help: give nv numbers each");
   }
@@ -793,27 +834,27 @@ class WholeReach {
   void keep(Robot &robot, std::uint32_t part) { robot.check(lw_whole_reach_keep(robot.get(), get(), part)); }
   void release(Robot &robot, std::uint32_t part) { robot.check(lw_whole_reach_release(robot.get(), get(), part)); }
   // `residuals`: m and rad of each goal, or none.
-  LwAnswer solve(Robot &robot, std::span<const LwTipGoal> goals, std::span<double> q,
-                 const LwEffort *effort = nullptr, std::span<double> residuals = {}) {
+  LwAnswer solve(Robot &robot, Span<const LwTipGoal> goals, Span<double> q,
+                 const LwEffort *effort = nullptr, Span<double> residuals = {}) {
     LwAnswer out;
     robot.check(lw_whole_reach_solve(robot.get(), get(), goals.data(), goals.size(), effort, q.data(), q.size(),
                                      residuals.data(), residuals.size(), &out));
     return out;
   }
-  LwAnswer go_on(Robot &robot, std::size_t kinematics, std::span<double> q, std::span<double> residuals = {}) {
+  LwAnswer go_on(Robot &robot, std::size_t kinematics, Span<double> q, Span<double> residuals = {}) {
     LwAnswer out;
     robot.check(lw_whole_reach_go_on(robot.get(), get(), kinematics, q.data(), q.size(), residuals.data(),
                                      residuals.size(), &out));
     return out;
   }
-  LwBest best(Robot &robot, std::span<const LwTipGoal> goals, const LwPrefer &prefer, std::span<double> q,
+  LwBest best(Robot &robot, Span<const LwTipGoal> goals, const LwPrefer &prefer, Span<double> q,
               const LwEffort *effort = nullptr) {
     LwBest out;
     robot.check(lw_whole_reach_best(robot.get(), get(), goals.data(), goals.size(), &prefer, effort, q.data(), q.size(),
                                     &out));
     return out;
   }
-  std::size_t worst_case_steps(Robot &robot, std::span<const LwTipGoal> goals, const LwEffort *effort = nullptr) {
+  std::size_t worst_case_steps(Robot &robot, Span<const LwTipGoal> goals, const LwEffort *effort = nullptr) {
     std::size_t out = 0;
     robot.check(lw_whole_reach_worst_case_steps(robot.get(), get(), goals.data(), goals.size(), effort, &out));
     return out;
@@ -833,8 +874,8 @@ class RateControl {
     handle_.reset(out);
   }
   // `residuals`: a number for each level, or none.
-  void solve(Robot &robot, std::span<const LwWish> wishes, double horizon, std::span<double> v,
-             std::span<const LwGuard> guards = {}, std::span<double> residuals = {}) {
+  void solve(Robot &robot, Span<const LwWish> wishes, double horizon, Span<double> v,
+             Span<const LwGuard> guards = {}, Span<double> residuals = {}) {
     robot.check(lw_rate_control_solve(robot.get(), get(), wishes.data(), wishes.size(), horizon, guards.data(),
                                       guards.size(), v.data(), v.size(), residuals.data(), residuals.size()));
   }
@@ -853,9 +894,9 @@ class WholeBody {
     handle_.reset(out);
   }
   // `forces`: three numbers for each touch.
-  LwBalanced solve(Robot &robot, std::span<const double> v, std::span<const double> effort,
-                   std::span<const LwTouch> touches, std::span<const LwWish> wishes, std::span<double> tau,
-                   std::span<double> vdot, std::span<double> forces) {
+  LwBalanced solve(Robot &robot, Span<const double> v, Span<const double> effort,
+                   Span<const LwTouch> touches, Span<const LwWish> wishes, Span<double> tau,
+                   Span<double> vdot, Span<double> forces) {
     if (v.size() != effort.size() || v.size() != tau.size() || v.size() != vdot.size())
       throw Error(LW_STATUS_LENGTH, "`v`, `effort`, `tau` and `vdot` differ in length\n  help: give nv numbers each");
     if (forces.size() != 3 * touches.size())
@@ -880,14 +921,14 @@ class Predictor {
     robot.check(lw_predictor_new(robot.get(), &out));
     handle_.reset(out);
   }
-  void step(Robot &robot, std::span<double> q, std::span<double> v, std::span<double> covariance,
-            std::span<const double> tau, std::span<const double> density, double step) {
+  void step(Robot &robot, Span<double> q, Span<double> v, Span<double> covariance,
+            Span<const double> tau, Span<const double> density, double step) {
     if (v.size() != tau.size() || v.size() != density.size() || covariance.size() != 4 * v.size() * v.size())
       throw Error(LW_STATUS_LENGTH, "`v`, `covariance`, `tau` and `density` do not fit\n  help: give nv, (2 nv)^2, nv and nv numbers");
     robot.check(lw_predictor_step(robot.get(), get(), q.data(), q.size(), v.data(), v.size(), covariance.data(),
                                   tau.data(), density.data(), step));
   }
-  void transition(Robot &robot, std::span<double> F) {
+  void transition(Robot &robot, Span<double> F) {
     robot.check(lw_predictor_transition(robot.get(), get(), F.data(), F.size()));
   }
   LwPredictor *get() const noexcept { return handle_.get(); }
@@ -904,7 +945,7 @@ class Planner {
     robot.check(lw_planner_new(robot.get(), part, configurations, &out));
     handle_.reset(out);
   }
-  LwWay plan(Robot &robot, std::span<const double> start, std::span<const double> goal,
+  LwWay plan(Robot &robot, Span<const double> start, Span<const double> goal,
              const std::optional<LwSearch> &search = std::nullopt, std::size_t places = SIZE_MAX) {
     if (start.size() != goal.size())
       throw Error(LW_STATUS_LENGTH, "`start` and `goal` differ in length\n  help: give nq numbers each");
@@ -919,7 +960,7 @@ class Planner {
     return out;
   }
   // `way`: nq numbers for each of its rows.
-  void way(Robot &robot, std::span<double> way) {
+  void way(Robot &robot, Span<double> way) {
     robot.check(lw_planner_way(robot.get(), get(), way.data(), way.size()));
   }
   LwPlanner *get() const noexcept { return handle_.get(); }
@@ -936,19 +977,19 @@ class Timing {
     robot.check(lw_timing_new(robot.get(), configurations, sections, &out));
     handle_.reset(out);
   }
-  LwTimed plan(Robot &robot, std::span<const double> way, const std::optional<LwMotionLimits> &limits = std::nullopt,
+  LwTimed plan(Robot &robot, Span<const double> way, const std::optional<LwMotionLimits> &limits = std::nullopt,
                double round = 0) {
     LwTimed out;
     robot.check(
         lw_timing_plan(robot.get(), get(), way.data(), way.size(), limits ? &*limits : nullptr, round, &out));
     return out;
   }
-  void at(Robot &robot, double time, std::span<double> q, std::span<double> v, std::span<double> vdot) {
+  void at(Robot &robot, double time, Span<double> q, Span<double> v, Span<double> vdot) {
     if (v.size() != vdot.size())
       throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
     robot.check(lw_timing_at(robot.get(), get(), time, q.data(), q.size(), v.data(), vdot.data(), v.size()));
   }
-  void place(Robot &robot, double part, std::span<double> q) {
+  void place(Robot &robot, double part, Span<double> q) {
     robot.check(lw_timing_place(robot.get(), get(), part, q.data(), q.size()));
   }
   LwPath path_free(Robot &robot, double least = 1e-3) {
@@ -975,7 +1016,7 @@ class Transfer {
     robot.check(lw_transfer_plan(robot.get(), get(), &from, &to, &limits, &out));
     return out;
   }
-  void at(Robot &robot, double time, std::span<double> q, std::span<double> v, std::span<double> vdot) {
+  void at(Robot &robot, double time, Span<double> q, Span<double> v, Span<double> vdot) {
     if (v.size() != vdot.size())
       throw Error(LW_STATUS_LENGTH, "`v` and `vdot` differ in length\n  help: give nv numbers each");
     robot.check(lw_transfer_at(robot.get(), get(), time, q.data(), q.size(), v.data(), vdot.data(), v.size()));
@@ -995,18 +1036,18 @@ class Priorities {
     handle_.reset(out);
   }
   void begin() { check(lw_priorities_begin(get())); }
-  void bound(std::span<const double> c, double most) {
+  void bound(Span<const double> c, double most) {
     check(lw_priorities_bound(get(), c.data(), c.size(), most));
   }
   // |A x - b|, and how many directions of x are left.
-  std::pair<double, std::size_t> level(std::span<const double> A, std::span<const double> b) {
+  std::pair<double, std::size_t> level(Span<const double> A, Span<const double> b) {
     if (A.size() != n_ * b.size())
       throw Error(LW_STATUS_LENGTH, "`A` and `b` do not fit\n  help: give a row of unknowns for each number of `b`");
     std::pair<double, std::size_t> out;
     check(lw_priorities_level(get(), A.data(), b.data(), b.size(), &out.first, &out.second));
     return out;
   }
-  void x(std::span<double> x) { check(lw_priorities_x(get(), x.data(), x.size())); }
+  void x(Span<double> x) { check(lw_priorities_x(get(), x.data(), x.size())); }
   LwPriorities *get() const noexcept { return handle_.get(); }
 
  private:
@@ -1017,8 +1058,8 @@ class Priorities {
 };
 
 // The minimum of s N s / 2 - r s between two ends, from where s is; how many sweeps it took.
-inline std::size_t bounded(std::span<const double> normal, std::span<const double> right, double lower, double upper,
-                           std::span<double> s, std::size_t most = 200, double settled = 1e-12) {
+inline std::size_t bounded(Span<const double> normal, Span<const double> right, double lower, double upper,
+                           Span<double> s, std::size_t most = 200, double settled = 1e-12) {
   if (right.size() != s.size() || normal.size() != s.size() * s.size())
     throw Error(LW_STATUS_LENGTH, "`normal`, `right` and `s` do not fit\n  help: give n n, n and n numbers");
   std::size_t sweeps = 0;

@@ -155,6 +155,48 @@ impl Robot {
         own.ask(|r| r.ungrasp(what))
     }
 
+    /// Attaches an object that no hand holds to another one: a battery to its driver, a wheel to its hub. body: the body of that one that carries it; None: itself. at: where it is in
+    /// the frame of what carries it, a pose (3,), (7,) or (4, 4), m; None: where it is now. It then goes with that, and the hand that holds that carries both. Raises
+    /// LinkworkError for what is held or attached, and for an object that it carries itself; then nothing has changed.
+    ///
+    /// >>> robot.put("cup", [0.5, 0, 0.2])
+    /// >>> robot.attach("cup", "cup")
+    /// Traceback (most recent call last):
+    /// linkwork.LinkworkError: object to attach it to is 0
+    ///   help: attach it to an object that it does not carry
+    #[pyo3(signature = (object, on, body=None, at=None))]
+    fn attach(
+        slf: &Bound<'_, Self>,
+        object: &str,
+        on: &str,
+        body: Option<&str>,
+        at: Option<Given<'_, '_>>,
+    ) -> PyResult<()> {
+        let own = base(slf);
+        let (what, carrier) = (own.object(object)?, own.object(on)?);
+        let body = match body.filter(|b| *b != on) {
+            Some(body) => Some(body_of(slf, on, body)?),
+            None => None,
+        };
+        let place = match at {
+            Some(X) => embedded::Grasp::At(pose(Some(X), "at")?),
+            None => embedded::Grasp::Here,
+        };
+        own.ask(|r| r.attach(what, carrier, body, place))
+    }
+
+    /// Takes an object off what it is attached to: it stays where it is in the world. Raises LinkworkError when that is nothing.
+    ///
+    /// >>> robot.detach("cup")
+    /// Traceback (most recent call last):
+    /// linkwork.LinkworkError: object 0 is attached to nothing
+    ///   help: attach it first
+    fn detach(slf: &Bound<'_, Self>, object: &str) -> PyResult<()> {
+        let own = base(slf);
+        let what = own.object(object)?;
+        own.ask(|r| r.detach(what))
+    }
+
     /// The parts that hold an object: the one that carries it, then the second; an empty list when nobody does. Raises LinkworkError for an object that is not there.
     ///
     /// >>> robot.hands("cup")
