@@ -11,7 +11,7 @@
 //!
 //! Files with masses that no body has are read; `RobotModel::doubtful` warns of them, with link and numbers (`Unphysical::Refused` refuses them).
 //!
-//! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. Obstacles are shapes, or what sensors see while the
+//! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. They may be attached to each other ([`Robot::attach`]): a battery to its driver, a key to its lock. Obstacles are shapes, or what sensors see while the
 //! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). What loops of two hands, or of a key in a lock, leave is [`Robot::closure`]. A [`Planner`] finds free ways between configurations.
 //!
 //! [`Robot::reach`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once

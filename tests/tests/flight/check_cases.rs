@@ -303,3 +303,46 @@ fn nesc_3_a_tumbling_brick_with_damping() {
     println!("the two conventions: {apart:.4} deg");
     assert!((apart - 0.099).abs() < 0.0005, "{apart}");
 }
+
+/// The initial states of all ten files are those of the workbook: place, velocity, attitude and inertial rates, computed from its own columns. Its
+/// altitude of the bricks is 0; they are dropped from 30000 ft, as in the trajectory of case 2 that came with it.
+#[test]
+fn initial_states_are_those_of_the_workbook() {
+    let name = "nesc/NESC_Initial_Conditions_Atmos.csv";
+    let Some(text) = common::reference_text(name) else { return };
+    let rows: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+    // The first row of that label at or below the one with that heading, in the column of the case: four of labels stand before case 1.
+    let cell = |heading: &str, label: &str, case: usize| -> f64 {
+        let from = rows.iter().position(|r| r[0].starts_with(heading)).unwrap();
+        let row = rows[from..].iter().find(|r| r[1] == label).unwrap();
+        row[3 + case].parse().unwrap_or_else(|_| panic!("{heading}, {label}: {}", row[3 + case]))
+    };
+    for case in 1..=10 {
+        let brick = case == 2 || case == 3;
+        let body = if brick { "brick" } else { "Cannonball/body" };
+        let sim = common::repository(&format!("nesc/case_{case:02}.ron"), &[]).unwrap();
+        // The row in rad/s stands below that in deg/s, which has fewer digits.
+        let rate = rows.iter().filter(|r| r[1] == "Earth rotation rate").nth(1).unwrap()[3 + case];
+        let rate: f64 = rate.parse().unwrap();
+        let of = |label: &str| cell("ECEF Geodetic", label, case);
+        assert!(of("Latitude") == 0.0 && of("Longitude") == 0.0, "case {case}");
+        let height = if brick { 30_000.0 } else { of("Altitude MSL") };
+        let r = Vec3::x() * ((cell("Re", "Equatorial radius", case) + height) * FOOT);
+        let found = get(&sim, &format!("{body}.position"));
+        assert!((found - r).norm() < 1e-6, "case {case}: {found} {r}");
+        // North, east, down over the ground; W is up, east, north there.
+        let [north, east, down] = ["Vnorth", "Veast", "Vdown"].map(of);
+        let v = Vec3::new(-down, east, north) * FOOT + Vec3::y() * (rate * r.x);
+        let found = velocity(&sim, body);
+        assert!((found - v).norm() < 1e-9, "case {case}: {found} {v}");
+        let [roll, pitch, yaw] =
+            ["roll", "pitch", "yaw"].map(|a| of(&format!("Euler {a} angle")).to_radians());
+        let attitude = north_east_down() * Quat::from_euler_angles(roll, pitch, yaw);
+        let off = rotation(&sim, body).angle_to(&attitude);
+        assert!(off < 1e-7, "case {case}: {off:e} rad");
+        let rates = ["Roll rate", "Pitch rate", "Yaw rate"]
+            .map(|label| cell("Inertial rotation components in body", label, case).to_radians());
+        let found = get(&sim, &format!("{body}.angular"));
+        assert!((found - Vec3::from(rates)).norm() < 1e-12, "case {case}: {found}");
+    }
+}

@@ -4,6 +4,7 @@
 //! range control, V > heading_speed  |σ| = arccos u of [`lift`](super::entry::lift), u in −1 … 1
 //!     sign   keeps, and changes when |cross| > c₀ + c₁ V² on the side to which the lift pushes
 //! heading alignment, V below it     σ = clamp(k · heading error, ±limit), lift up
+//! u beyond −1 … 1: the target is out of reach; all of the lift is flown up or down, and `short` counts the time
 //! commanded σ follows with `rate_max` and `acceleration_max`, as a held value between samples, and stops where it is wanted
 //! heading error: angle from the ground track to the target, positive to the right; cross = angle · range to go
 //! ```
@@ -124,6 +125,12 @@ pub struct EntryGuidanceOut {
     /// Reversals so far.
     #[port("1")]
     pub reversals: f64,
+    /// Vertical share of the lift that range control asks for, cos σ; beyond −1 … 1 there is not so much: all of it is flown up or down.
+    #[port("1")]
+    pub lift: f64,
+    /// For how long so far it has asked for more than there is: the target was out of reach as far as could be seen.
+    #[port("s")]
+    pub short: f64,
 }
 
 /// What it remembers.
@@ -144,6 +151,12 @@ pub struct Banking {
     /// Reversals so far.
     #[port("1")]
     pub reversals: f64,
+    /// Vertical share of the lift that range control asked for last.
+    #[port("1")]
+    pub lift: f64,
+    /// For how long it has asked for more than there is.
+    #[port("s")]
+    pub short: f64,
 }
 
 /// Apollo-class entry guidance.
@@ -211,7 +224,11 @@ impl EntryGuidance {
         } else {
             let size = if out.phase > 0.5 {
                 let row = at_speed(&self.rows, speed);
-                lift(&row, p.lift_ref, p.gain, (range, u.drag, rise)).clamp(-1.0, 1.0).acos()
+                out.lift = lift(&row, p.lift_ref, p.gain, (range, u.drag, rise));
+                if out.lift.abs() > 1.0 {
+                    out.short += c.dt;
+                }
+                out.lift.clamp(-1.0, 1.0).acos()
             } else {
                 p.pre_bank
             };
@@ -292,8 +309,8 @@ impl Model for EntryGuidance {
         let body = self.planet.node(&u.body);
         let (range, heading_error, _, _) = to_target(&body, &self.target, place);
         let now = self.decide(c, d, u);
-        let Banking { bank, phase, reversals, .. } = now;
-        EntryGuidanceOut { bank, range, heading_error, phase, reversals }
+        let Banking { bank, phase, reversals, lift, short, .. } = now;
+        EntryGuidanceOut { bank, range, heading_error, phase, reversals, lift, short }
     }
     fn update(&self, c: &Clock, _: &(), d: &Banking, _: &(), u: &EntryGuidanceIn) -> Banking {
         self.decide(c, d, u)
@@ -362,7 +379,7 @@ mod tests {
     }
 
     /// A whole guided entry in three dimensions, the air 10 % off: it comes to the target's heading and range.
-    fn miss(thicker: f64, aside: f64, guided: bool) -> (f64, f64, f64) {
+    fn miss(thicker: f64, (far, aside): (f64, f64), guided: bool) -> (f64, f64, Banking) {
         let (rate, radius) = (7.088_218_1e-5, 3_396_190.0);
         let omega = Vec3::z() * rate;
         let vehicle = Vehicle {
@@ -374,8 +391,8 @@ mod tests {
             lift_to_drag: 0.24,
         };
         let rows = vehicle.reference([0.0, 5845.0, -0.26, 80_000.0], 0.5, 450.0, 0.25).unwrap();
-        // As far as the reference flies, and aside.
-        let angle = rows[0].range / radius;
+        // As far as the reference flies and `far` farther, and aside.
+        let angle = (rows[0].range + far) / radius;
         let start = Vec3::x();
         let target = Vec3::new(angle.cos(), angle.sin(), aside / radius);
         let m = EntryGuidance::build(params(target)).unwrap();
@@ -395,7 +412,7 @@ mod tests {
             }
             let (range, error, speed, _) = to_target(&body, &m.target, (rate, radius, t));
             if speed < 450.0 || height < 0.0 {
-                return (range * error.cos(), range * error.sin(), d.reversals);
+                return (range * error.cos(), range * error.sin(), d);
             }
             let bank = if guided { d.bank } else { 0.5f64.acos() };
             let lift = 0.24 * drag;
@@ -409,14 +426,22 @@ mod tests {
 
     #[test]
     fn a_guided_entry_arrives_where_an_unguided_one_does_not() {
+        let mut shortest = 0.0_f64;
         for (thicker, aside) in [(1.0, 0.0), (1.1, 4000.0), (0.9, -4000.0)] {
-            let (along, across, reversals) = miss(thicker, aside, true);
-            let (free_along, free_across, _) = miss(thicker, aside, false);
+            let (along, across, Banking { reversals, short, .. }) = miss(thicker, (0.0, aside), true);
+            let (free_along, free_across, _) = miss(thicker, (0.0, aside), false);
             println!(
                 "air × {thicker}, {aside} m aside: {along:.0}, {across:.0} m after {reversals} reversals; without {free_along:.0}, {free_across:.0} m"
             );
             assert!(along.hypot(across) < 0.4 * free_along.hypot(free_across));
             assert!(along.abs() < 6000.0 && across.abs() < 2500.0 && reversals >= 1.0);
+            shortest = shortest.max(short);
+        }
+        // Out of reach, too far and too near: all of the lift up, or down, and it says so.
+        for (far, down) in [(200e3, 1.0), (-200e3, -1.0)] {
+            let (along, _, d) = miss(1.0, (far, 0.0), true);
+            println!("{far} m farther: {along:.0} m left, short for {} s; else {shortest} s", d.short);
+            assert!(along * down > 10e3 && d.short > 3.0 * shortest && d.short > 30.0);
         }
     }
 
