@@ -3,6 +3,7 @@
 
 mod allocation;
 mod bad_input;
+mod beam;
 mod closed_form;
 mod collide;
 mod control;
@@ -13,6 +14,7 @@ mod kinematics;
 mod linkages;
 mod long_chains;
 mod obstacles;
+mod outside;
 mod priorities;
 mod reach;
 mod reference_states;
@@ -24,3 +26,4 @@ mod together;
 mod transfer;
 mod ways;
 mod whole_body;
+mod witness;
