@@ -379,7 +379,7 @@ fn key_and_door() {
     {
         robot.set_q(&task.q(q)).unwrap();
         let (p, R) = apart(&robot.tip_pose(arm).unwrap(), &at(pose));
-        assert!(p < 1e-8 && R < 1e-10, "{pose}: {p:e} {R:e}");
+        assert!(p < 1e-10 && R < 1e-10, "{pose}: {p:e} {R:e}");
         meets(&mut robot, arm, &at(pose), &task.q("q_grasp"));
     }
     robot.set_q(&task.q("q_grasp")).unwrap();
@@ -410,7 +410,7 @@ fn key_and_door() {
         robot.set_q(&task.q(q)).unwrap();
         robot.set_object_q(frame, &theta).unwrap();
         let (p, R) = apart(&in_lock(&mut robot), &as_put);
-        assert!(p < 1e-8 && R < 1e-10, "{q}: {p:e} {R:e}");
+        assert!(p < 1e-10 && R < 1e-10, "{q}: {p:e} {R:e}");
     }
     // What balances the friction of the lock while it turns: a moment about its axis.
     theta[at_door] = 0.0;
@@ -472,7 +472,7 @@ fn push_button() {
     for (pose, q) in [("touch_pose", "q_touch"), ("press_pose", "q_press")] {
         robot.set_q(&task.q(q)).unwrap();
         let (p, R) = apart(&robot.tip_pose(left).unwrap(), &at(pose));
-        assert!(p < 1e-8 && R < 1e-10, "{pose}: {p:e} {R:e}");
+        assert!(p < 1e-10 && R < 1e-10, "{pose}: {p:e} {R:e}");
         meets(&mut robot, left, &at(pose), &task.q("q_touch"));
     }
     let of = |k: &str| b[k].as_f64().unwrap();
