@@ -140,7 +140,7 @@ fn the_chains_of_the_benchmarks_are_those_of_the_robots() {
                 X * *M * Pose::new(Quat::from_scaled_axis(Vec3::ith(*axis, *q)), Vec3::zeros())
             });
             let (p, R) = apart(&own.tip_pose(part).unwrap(), &(at * end));
-            assert!(p < 1e-9 && R < 1e-7, "{name}: {p} {R}");
+            assert!(p < 1e-9 && R < 1e-10, "{name}: {p} {R}");
         }
     }
 }

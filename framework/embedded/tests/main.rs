@@ -3,6 +3,7 @@
 
 mod allocation;
 mod bad_input;
+mod beam;
 mod closed_form;
 mod collide;
 mod control;
@@ -14,6 +15,7 @@ mod linkages;
 mod long_chains;
 mod mounts;
 mod obstacles;
+mod outside;
 mod priorities;
 mod reach;
 mod reference_states;
@@ -25,3 +27,4 @@ mod together;
 mod transfer;
 mod ways;
 mod whole_body;
+mod witness;

@@ -5,7 +5,7 @@
 //! rest and in motion, inertia; for each object who holds it, where it is, its joints, and which shapes it meets; and hits and distances.
 
 use crate::support::*;
-use linkwork_embedded::multibody::{BodySpec, Hinge};
+use linkwork_embedded::multibody::{BodySpec, Hinge, Limits};
 use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use serde_json::Value;
@@ -443,21 +443,28 @@ fn cut_wire() {
         });
         let pin = &b["pin"];
         let p = numbers(&pin["origin_in_a"]);
-        let hinge = Hinge::pin(Vec3::from_column_slice(&numbers(&pin["axis"])));
+        let limits = numbers(&pin["limits"]);
+        let hinge = Hinge::pin(Vec3::from_column_slice(&numbers(&pin["axis"])))
+            .limits(Limits::position(limits[0], limits[1]));
         let body = BodySpec::new("handle_b", "handle_a").hinge(hinge).mass(other.mass);
         spec.linkages.body(body.hinge_in_parent(Pose::translation(p[0], p[1], p[2])));
-        spec.objects = vec![a];
+        spec.objects.push(a);
         let w = &b["wire"];
         let (radius, half_length) = (number(w, "radius"), number(w, "half_length"));
         let p = numbers(&w["position"]);
-        let mut wire = |name: &str, half_length: f64, y: f64| {
+        let shape = Shape::Capsule { radius, half_length };
+        let at = Pose::translation(p[0], p[1], p[2]);
+        spec.colliders.push(ColliderSpec::new("wire", "world", shape).at(at));
+        // Clamped as one, it is two once it is cut: objects with the mass of so much copper.
+        let half_length = 0.5 * half_length;
+        let mass = 8960.0 * std::f64::consts::PI * radius * radius * 2.0 * half_length;
+        let across = mass * half_length * half_length / 3.0;
+        let moments = [across, across, 0.5 * mass * radius * radius];
+        for name in ["wire near", "wire far"] {
+            spec.objects.push(thing(name, mass, &[0.0; 3], &moments));
             let shape = Shape::Capsule { radius, half_length };
-            let at = Pose::translation(p[0], p[1] + y, p[2]);
-            spec.colliders.push(ColliderSpec::new(name, "world", shape).at(at));
-        };
-        wire("wire", half_length, 0.0);
-        wire("wire, near end", 0.5 * half_length, -0.5 * half_length);
-        wire("wire, far end", 0.5 * half_length, 0.5 * half_length);
+            spec.colliders.push(ColliderSpec::new(name, name, shape));
+        }
         let jaw = Shape::Box { half: Vec3::new(0.01, 0.01, 0.02) };
         spec.colliders.push(ColliderSpec::new("handle_a", "handle_a", jaw.clone()));
         spec.colliders.push(ColliderSpec::new("handle_b", "handle_b", jaw));
@@ -465,7 +472,7 @@ fn cut_wire() {
         return;
     };
     let (left, tool) = (s.part("left"), s.object("handle_a"));
-    let [wire, near, far] = ["wire", "wire, near end", "wire, far end"].map(|w| s.collider(w));
+    let [wire, near, far] = ["wire", "wire near", "wire far"].map(|w| s.collider(w));
     let X = pose(&numbers(&s.json["bodies"]["pin"]["a_in_tip"]));
     let q = s.q("q");
     for half in [near, far] {
@@ -484,12 +491,41 @@ fn cut_wire() {
     let reach = [&LEFT_MOVES[..], &["handle_a: place", "handle_a: distances"]].concat();
     s.step("reach over the wire", &reach, |r| r.set_q(&q).unwrap());
     s.step("close", &opens, |r| r.set_object_q(tool, &[0.0]).unwrap());
-    let cut = ["robot and world: distances", "handle_a: distances"];
+    let w = &s.json["bodies"]["wire"];
+    let (p, quarter) = (numbers(&w["position"]), 0.5 * number(w, "half_length"));
+    let radius = number(w, "radius");
+    let cut = [
+        "robot and world: distances",
+        "handle_a: distances",
+        "wire near: place",
+        "wire near: distances",
+        "wire far: place",
+        "wire far: distances",
+    ];
+    let halves = ["wire near", "wire far"].map(|w| s.object(w));
     s.step("the wire is two", &cut, |r| {
         r.show(wire, Visibility::Hidden).unwrap();
-        r.show(near, Visibility::Shown).unwrap();
-        r.show(far, Visibility::Shown).unwrap();
+        for (half, shape, side) in [(halves[0], near, -1.0), (halves[1], far, 1.0)] {
+            r.show(shape, Visibility::Shown).unwrap();
+            r.put(half, Pose::translation(p[0], p[1], p[2] + side * quarter)).unwrap();
+        }
     });
+    // The lower one drops and lies on the table; the other hand takes the upper one, which weighs something.
+    let drops = ["wire near: place", "wire near: distances", "handle_a: distances"];
+    let drops = [&drops[..], &["wire far: distances"]].concat();
+    let lying = spatial::Quat::from_scaled_axis(Vec3::x() * std::f64::consts::FRAC_PI_2);
+    let on_table = Pose::new(lying, Vec3::new(p[0], p[1], 0.72 + radius + 1e-6));
+    let held_at = Vec3::new(p[0], p[1], p[2] + quarter);
+    s.step("the near end drops", &drops, |r| r.put(halves[0], on_table).unwrap());
+    let right = s.part("right");
+    // Where it is comes from the hand from now on, which rounds it: distances change in their last bits, too.
+    let takes = ["right: forces", "right: inertia", "wire far:", "handle_a: distances"];
+    s.step("the far end is taken", &takes, |r| r.grasp(right, halves[1], Grasp::Here).unwrap());
+    let there = s.robot.object_pose(halves[1]).unwrap().position;
+    assert!((there - held_at).norm() < 1e-14, "{there}");
+    let lets = ["right: forces", "right: inertia", "wire far: hands"];
+    let lets = [&lets[..], &["wire far: pairs", "wire far: distances"]].concat();
+    s.step("and let go", &lets, |r| r.ungrasp(halves[1]).unwrap());
     let off = ["handle_a: hands", "handle_a: pairs", "handle_a: distances"];
     let off = [&load[..], &off, &["robot and world: pairs", "robot and world: distances"]].concat();
     s.step("ungrasp", &off, |r| r.ungrasp(tool).unwrap());
@@ -498,24 +534,45 @@ fn cut_wire() {
     {
         s.robot.show(w, to).unwrap();
     }
-    s.ends(&["handle_a"]);
+    s.ends(&["handle_a", "wire near", "wire far"]);
 }
 
 #[test]
 fn push_button() {
-    let Some(mut s) = Scene::new("push_button", "q_touch", &["left"], |_, spec| {
-        let half = Vec3::new(0.01, 0.01, 0.01);
-        for (name, at) in [("button", 0.78), ("panel", 0.81)] {
-            let shape = ColliderSpec::new(name, "world", Shape::Box { half });
-            spec.colliders.push(shape.at(Pose::translation(at, 0.27, 0.95)));
-        }
+    let Some(mut s) = Scene::new("push_button", "q_touch", &["left"], |b, spec| {
+        // A button on its slider in a panel whose face is 10 mm behind that of the button.
+        let (button, half) = (&b["button"], Vec3::new(0.01, 0.01, 0.01));
+        let limits = numbers(&button["limits"]);
+        let hinge = Hinge::slider(Vec3::from_column_slice(&numbers(&button["axis"])))
+            .limits(Limits::position(limits[0], limits[1]));
+        let mass = thing("button", number(button, "mass"), &[0.0; 3], &[1e-6; 3]).mass;
+        spec.linkages.body(BodySpec::new("button", "panel").hinge(hinge).mass(mass));
+        spec.objects = vec![thing("panel", 10.0, &[0.0; 3], &[0.1; 3])];
+        let at = |x: f64| Pose::translation(x, 0.0, 0.0);
+        let cap = ColliderSpec::new("button", "button", Shape::Box { half });
+        spec.colliders.push(cap.at(at(0.01)));
+        let half = Vec3::new(0.01, 0.06, 0.06);
+        let plate = ColliderSpec::new("panel", "panel", Shape::Box { half });
+        spec.colliders.push(plate.at(at(0.02)));
     }) else {
         return;
     };
-    let left = s.part("left");
-    let [button, finger] = ["button", "left_finger_a"].map(|c| s.collider(c));
-    let [touch, press] = ["q_touch", "q_press"].map(|k| s.q(k));
-    s.step("approach", &LEFT_MOVES, |r| r.set_q(&touch).unwrap());
+    let (left, panel) = (s.part("left"), s.object("panel"));
+    let face = Vec3::from_column_slice(&numbers(&s.json["bodies"]["button"]["face"]));
+    let travel = number(&s.json["bodies"]["button"], "travel");
+    let [button, plate, finger] = ["button", "panel", "left_finger_a"].map(|c| s.collider(c));
+    // One finger points: closed to the middle of the hand, beside the other.
+    let at_finger = s.model.coordinate("left_finger_a_joint").unwrap().0;
+    let [touch, press] = ["q_touch", "q_press"].map(|k| {
+        let mut q = s.q(k);
+        q[at_finger] = 0.0;
+        q
+    });
+    s.robot.put(panel, Pose::translation(face.x, face.y, face.z)).unwrap();
+    let begin = answers(&s.robot);
+    s.first = begin;
+    let arm_moves = [&LEFT_MOVES[..], &["panel: distances"]].concat();
+    s.step("approach", &arm_moves, |r| r.set_q(&touch).unwrap());
     s.step("ask on the way", &[], |r| {
         let q = r.q().to_vec();
         let mut v = vec![0.0; r.model().nv()];
@@ -528,15 +585,15 @@ fn push_button() {
     let before = |x: f64| Pose::new(X.rotation, X.position - Vec3::x() * x);
     let to = |r: &mut Robot, X: Pose| {
         let mut q = touch.clone();
-        let answer =
-            r.reach(left, &Goal::pose(X), Frame::World, &Effort::default(), &mut q).unwrap();
+        let effort = Effort { tolerances: [1e-12; 2], ..Effort::default() };
+        let answer = r.reach(left, &Goal::pose(X), Frame::World, &effort, &mut q).unwrap();
         assert_eq!(answer.outcome, Outcome::Met);
         r.set_q(&q).unwrap();
         q
     };
-    s.step("back off", &LEFT_MOVES, |r| _ = to(r, before(0.05)));
+    s.step("back off", &arm_moves, |r| _ = to(r, before(0.05)));
     let mut way = 0.0;
-    s.step("guarded move", &LEFT_MOVES, |r| {
+    s.step("guarded move", &arm_moves, |r| {
         let mut q = r.q().to_vec();
         for k in 0.. {
             assert!(k < 20, "it does not come to the button");
@@ -545,25 +602,48 @@ fn push_button() {
             assert!(free > -1e-9, "it is in the button by {free} m");
             if free < 1e-9 {
                 let met = [nearest.a, nearest.b];
-                assert!(met.contains(&button), "{met:?}");
+                assert!(met.contains(&button) && met.contains(&finger), "{met:?}");
                 break;
             }
             way += free;
             q = to(r, before(0.05 - way));
         }
     });
-    // The face is across the way: what was free at first is what it went.
-    let held = s.robot.tip_pose(left).unwrap();
-    let finger_ahead = {
-        let q = s.robot.q().to_vec();
-        let d = s.robot.distance(&q, finger, button).unwrap().unwrap();
-        d.point_a.x.max(d.point_b.x) - held.position.x
+    // The end of the finger is where the tip is: what was free at first is what it went.
+    assert!((way - 0.05).abs() < 1e-9, "{way}");
+    assert!((s.robot.tip_pose(left).unwrap().position - face).norm() < 1e-9);
+    assert_eq!(s.robot.q(), touch, "its face, and the way back to it from there is none");
+    // Pressed without leave it hits the button, and nothing else.
+    let hits = |r: &Robot, q: &[f64]| {
+        let mut out = Vec::new();
+        r.clone().hits(q, &mut out).unwrap();
+        out
     };
-    assert!((held.position.x + finger_ahead - 0.77).abs() < 1e-8, "{held:?} {finger_ahead}");
-    s.step("onto its face", &LEFT_MOVES, |r| r.set_q(&touch).unwrap());
+    let pair = |a: ColliderId, b: ColliderId| (a.min(b), a.max(b));
+    assert_eq!(hits(&s.robot, &press), [pair(finger, button)]);
+    assert!(s.robot.clone().collides(&press).unwrap());
     let allowed = ["robot and world: pairs", "robot and world: distances"];
     s.step("it may touch", &allowed, |r| r.look_at(finger, button, Some(false)).unwrap());
-    s.step("press", &LEFT_MOVES, |r| r.set_q(&press).unwrap());
+    assert!(!s.robot.looks_at(finger, button).unwrap());
+    assert!(s.robot.looks_at(finger, plate).unwrap(), "the panel is not let off");
+    let pressed = [&arm_moves[..], &["panel: joints"]].concat();
+    s.step("press", &pressed, |r| {
+        r.set_q(&press).unwrap();
+        r.set_object_q(panel, &[travel]).unwrap();
+    });
+    for slid in [0.0, travel] {
+        s.robot.set_object_q(panel, &[slid]).unwrap();
+        assert_eq!(hits(&s.robot, &press), []);
+        assert!(!s.robot.clone().collides(&press).unwrap());
+    }
+    // 10 mm too deep it is in the panel, and so is the other finger.
+    let other = s.collider("left_finger_b");
+    let too_deep = to(&mut s.robot.clone(), before(-travel - 0.01));
+    let both = [pair(finger, plate), pair(other, plate)];
+    assert_eq!(hits(&s.robot, &too_deep), both);
+    assert!(both.contains(&s.robot.clone().first_hit(&too_deep).unwrap().unwrap()));
     s.step("it may not touch", &allowed, |r| r.look_at(finger, button, None).unwrap());
+    s.robot.set_object_q(panel, &[0.0]).unwrap();
+    assert!(s.robot.clone().collides(&press).unwrap());
     s.ends(&[]);
 }
