@@ -48,6 +48,7 @@ mod composite;
 mod compound;
 mod derivatives;
 mod dofs;
+#[cfg(feature = "threads")]
 mod ensemble;
 mod error;
 mod flexible;
@@ -77,6 +78,7 @@ pub use centroidal::{centroidal_bias, centroidal_matrix, com_jacobian};
 pub use compliance::Compliance;
 pub use composite::mass_matrix;
 pub use derivatives::Derivatives;
+#[cfg(feature = "threads")]
 pub use ensemble::Ensemble;
 pub use error::{DynamicsError, InputError};
 pub use flexible::elastic_energy;

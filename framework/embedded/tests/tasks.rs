@@ -473,7 +473,7 @@ fn key_and_door() {
     robot.set_q(&task.q("q_grasp")).unwrap();
     robot.set_object_q(frame, &[0.0; 2]).unwrap();
     let (p, R) = apart(&in_lock(&mut robot), &as_put);
-    assert!(p < 1e-8 && R < 1e-7, "{p:e} {R:e}");
+    assert!(p < 1e-9 && R < 1e-10, "{p:e} {R:e}");
 }
 
 #[test]

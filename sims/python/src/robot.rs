@@ -123,6 +123,13 @@ fn count_of(what: &str, count: usize) -> PyResult<()> {
     Err(refuse_with(format!("`{what}` is {count}"), "give a number from 1 to 10000"))
 }
 
+/// Rows of a Jacobian by name.
+fn chosen(rows: &str, length: f64) -> PyResult<Rows> {
+    let known =
+        [("all", Rows::All { length }), ("linear", Rows::Linear), ("angular", Rows::Angular)];
+    choice("rows", rows, &known)
+}
+
 #[pymethods]
 impl Robot {
     #[new]
@@ -240,18 +247,54 @@ impl Robot {
         out_pose(slf.py(), &own.ask(|r| r.tip_pose(part))?)
     }
 
-    /// The Jacobian (6, n) of a chain at the robot's q, over its own degrees of freedom (`dofs`): [ω; v] of its tip against its base, rad/s and m/s, world
-    /// axes. Raises LinkworkError for a part that is no chain.
+    /// Where the base of a chain is at the robot's q: (4, 4), m, in the world. Raises LinkworkError for a part that is no chain.
     ///
-    /// >>> robot.jacobian("arm").shape
-    /// (6, 3)
-    fn jacobian<'py>(slf: &Bound<'py, Self>, part: &str) -> PyResult<Array2<'py>> {
+    /// >>> robot.base_pose("arm")[:3, 3].tolist()
+    /// [0.0, 0.0, 0.0]
+    fn base_pose<'py>(slf: &Bound<'py, Self>, part: &str) -> PyResult<Array2<'py>> {
         let own = base(slf);
         let part = own.part(part)?;
-        let n = own.model.dofs(part).map_err(refuse)?.len();
+        out_pose(slf.py(), &own.ask(|r| r.base_pose(part))?)
+    }
+
+    /// The Jacobian (6, n) of a chain at the robot's q, over its own degrees of freedom (`dofs`): [ω; v] of its tip against its base, rad/s and m/s, world
+    /// axes. whole: over all degrees of freedom of the robot (6, nv), what carries the chain among them: [ω; v] of its tip in the world. Raises LinkworkError for
+    /// a part that is no chain.
+    ///
+    /// >>> robot.jacobian("arm").shape, robot.jacobian("arm", whole=True).shape
+    /// ((6, 3), (6, 3))
+    #[pyo3(signature = (part, *, whole=false))]
+    fn jacobian<'py>(slf: &Bound<'py, Self>, part: &str, whole: bool) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let part = own.part(part)?;
+        let n = if whole { own.model.nv() } else { own.model.dofs(part).map_err(refuse)?.len() };
         let mut J = vec![0.0; 6 * n];
-        own.ask(|r| r.jacobian(part, &mut J))?;
+        own.ask(|r| if whole { r.whole_jacobian(part, &mut J) } else { r.jacobian(part, &mut J) })?;
         out2(slf.py(), J, 6, n)
+    }
+
+    /// The ellipsoid of the velocities of a chain's tip for joint rates of length 1, at the robot's q: half axes (k,), m/s or rad/s, greatest first, and their
+    /// directions, columns (k, k) over the rows; k: 6 with rows "all" (1 rad counts as `length`, m), 3 with "linear" and "angular". Forces for joint torques of length 1 have the
+    /// same directions, and the inverse half axes. Raises LinkworkError for a part that is no chain and a length that is not positive.
+    ///
+    /// >>> robot.q = [0.1, 0.6, 0.5]
+    /// >>> half, directions = robot.ellipsoid("arm", rows="linear")
+    /// >>> bool(abs(half.prod() - robot.manipulability("arm", rows="linear")[0]) < 1e-12), directions.shape
+    /// (True, (3, 3))
+    #[pyo3(signature = (part, *, rows="all", length=1.0))]
+    fn ellipsoid<'py>(
+        slf: &Bound<'py, Self>,
+        part: &str,
+        rows: &str,
+        length: f64,
+    ) -> PyResult<(Array1<'py>, Array2<'py>)> {
+        let own = base(slf);
+        let part = own.part(part)?;
+        let (rows, k) = (chosen(rows, length)?, if rows == "all" { 6 } else { 3 });
+        let found = own.ask(|r| r.manipulability(part, rows, None))?;
+        let directions = (0..k).flat_map(|i| (0..k).map(move |j| (i, j)));
+        let directions = directions.map(|at| found.axes[at]).collect();
+        Ok((out1(slf.py(), found.singular_values[..k].to_vec()), out2(slf.py(), directions, k, k)?))
     }
 
     /// How well a chain's tip moves at the robot's q: w = √det(J Jᵀ), and its gradient (n,) over the chain's degrees of freedom. rows: "all" (m and rad mixed:
@@ -270,9 +313,7 @@ impl Robot {
     ) -> PyResult<(f64, Array1<'py>)> {
         let own = base(slf);
         let part = own.part(part)?;
-        let known =
-            [("all", Rows::All { length }), ("linear", Rows::Linear), ("angular", Rows::Angular)];
-        let rows = choice("rows", rows, &known)?;
+        let rows = chosen(rows, length)?;
         let mut gradient = vec![0.0; own.model.dofs(part).map_err(refuse)?.len()];
         let found = own.ask(|r| r.manipulability(part, rows, Some(&mut gradient)))?;
         Ok((found.w, out1(slf.py(), gradient)))

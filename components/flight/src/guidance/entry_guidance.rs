@@ -428,7 +428,8 @@ mod tests {
     fn a_guided_entry_arrives_where_an_unguided_one_does_not() {
         let mut shortest = 0.0_f64;
         for (thicker, aside) in [(1.0, 0.0), (1.1, 4000.0), (0.9, -4000.0)] {
-            let (along, across, Banking { reversals, short, .. }) = miss(thicker, (0.0, aside), true);
+            let (along, across, Banking { reversals, short, .. }) =
+                miss(thicker, (0.0, aside), true);
             let (free_along, free_across, _) = miss(thicker, (0.0, aside), false);
             println!(
                 "air × {thicker}, {aside} m aside: {along:.0}, {across:.0} m after {reversals} reversals; without {free_along:.0}, {free_across:.0} m"
@@ -440,7 +441,10 @@ mod tests {
         // Out of reach, too far and too near: all of the lift up, or down, and it says so.
         for (far, down) in [(200e3, 1.0), (-200e3, -1.0)] {
             let (along, _, d) = miss(1.0, (far, 0.0), true);
-            println!("{far} m farther: {along:.0} m left, short for {} s; else {shortest} s", d.short);
+            println!(
+                "{far} m farther: {along:.0} m left, short for {} s; else {shortest} s",
+                d.short
+            );
             assert!(along * down > 10e3 && d.short > 3.0 * shortest && d.short > 30.0);
         }
     }

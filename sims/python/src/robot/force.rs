@@ -9,7 +9,7 @@ use crate::values::pairs;
 use linkwork_embedded::{
     Balance, Friction, HandWeights, Known, Object, Predictor, Push, TaskSpace,
 };
-use linkwork_spatial::Force;
+use linkwork_spatial::{Force, Motion};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -89,6 +89,27 @@ impl Robot {
         let mut tau = vec![0.0; nv];
         own.ask(|r| r.feed_forward(v.slice(), a.slice(), &list, &mut tau))?;
         checked1(slf.py(), tau)
+    }
+
+    /// Forces (nv,), N m and N, of the rates v (nv,) and of gravity at the robot's q, with what is held, and the accelerations (n, 6) [angular; linear], rad/s² and m/s², that the tips of n
+    /// parts have in the world while no rate changes: what operational space takes off. Raises LinkworkError for lengths, NaN, names, and parts that are no chain.
+    ///
+    /// >>> tau, tips = robot.bias([0.1, 0, 0], ["arm"])
+    /// >>> tau.shape, tips.shape
+    /// ((3,), (1, 6))
+    fn bias<'py>(
+        slf: &Bound<'py, Self>,
+        v: Given<'_, 'py>,
+        parts: Vec<String>,
+    ) -> PyResult<(Array1<'py>, Array2<'py>)> {
+        let (py, own) = (slf.py(), base(slf));
+        let v = vector(v, own.model.nv(), "v")?;
+        let parts = parts.iter().map(|p| own.part(p)).collect::<PyResult<Vec<_>>>()?;
+        let mut tau = vec![0.0; own.model.nv()];
+        let mut tips = vec![Motion::zero(); parts.len()];
+        own.ask(|r| r.bias(v.slice(), &parts, &mut tau, &mut tips))?;
+        let rows = tips.iter().flat_map(|m| [m.angular, m.linear]).flat_map(|x| [x.x, x.y, x.z]);
+        Ok((checked1(py, tau)?, out2(py, rows.collect(), parts.len(), 6)?))
     }
 
     /// Where the state q (nq,), v (nv,) goes in dt seconds under the forces tau (nv,), N m and N, with what is held, and how well that is known: (q, v, covariance).
@@ -251,6 +272,30 @@ impl Robot {
         let mut tau = vector(tau, own.model.nv(), "tau")?.slice().to_vec();
         let wrenches = own.ask(|r| r.squeeze(what, force, &mut tau))?;
         Ok((checked1(py, tau)?, two(py, &wrenches)?))
+    }
+
+    /// Forces tau (nv,), N m and N, and what lets the two hands of an object exert wrenches (2, 6) [moment; force], N m and N, on it besides, first and second hand, each about its tip,
+    /// world axes: forces (nv,). Raises LinkworkError when not two hands hold it, for other shapes and NaN.
+    ///
+    /// >>> rail = linkwork.Builder()
+    /// >>> for name, x in (("left", -0.3), ("right", 0.3)):
+    /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
+    /// >>> press = linkwork.Robot(rail.build(), chains={"l": ("world", "left"), "r": ("world", "right")}, objects={"bar": (1.0, [0, 0, 0], np.eye(3))}, colliders=[])
+    /// >>> grips = press.grasp("l", "bar"), press.grasp("r", "bar")
+    /// >>> press.exert("bar", press.gravity_forces(), [[0, 0, 0, 20.0, 0, 0], [0, 0, 0, -5.0, 0, 0]]).round(9).tolist()
+    /// [20.0, -5.0]
+    fn exert<'py>(
+        slf: &Bound<'py, Self>,
+        object: &str,
+        tau: Given<'_, 'py>,
+        wrenches: Given<'_, 'py>,
+    ) -> PyResult<Array1<'py>> {
+        let (py, own) = (slf.py(), base(slf));
+        let what = own.object(object)?;
+        let mut tau = vector(tau, own.model.nv(), "tau")?.slice().to_vec();
+        let wrenches = of_two_hands(wrenches)?;
+        own.ask(|r| r.exert(what, &wrenches, &mut tau))?;
+        checked1(py, tau)
     }
 
     /// Wrenches (2, 6) [moment; force], N m and N, of first and second hand on an object, each about its tip, world axes, told apart: (moving, squeezing, net),
