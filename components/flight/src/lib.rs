@@ -18,6 +18,7 @@ pub mod engine;
 pub mod guidance;
 pub mod kickoff_spring;
 pub mod landing;
+pub mod mesh;
 pub mod orbit;
 pub mod parachute;
 pub mod program;
