@@ -41,6 +41,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<aerodynamics::gusts::Gusts>(),
         Entry::model::<aerodynamics::panels::PanelAerodynamics>(),
         Entry::model::<aerodynamics::rate_damping::RateDamping>(),
+        Entry::model::<aerodynamics::sphere_cone_shell::SphereConeShell>(),
         Entry::model::<attitude::bank_control::BankControl>(),
         Entry::model::<attitude::control_moment_gyro::ControlMomentGyro>(),
         Entry::model::<attitude::gravity_gradient::GravityGradient>(),

@@ -178,7 +178,10 @@ pub(crate) mod tests {
     fn a_parameter_is_a_file_or_a_text_in_place() {
         use linkwork_runtime::{Fault, Services};
         let services = Services::default();
-        let spec = <MeshParams as linkwork_runtime::Params>::specs().into_iter().find(|s| s.name == "file").unwrap();
+        let spec = <MeshParams as linkwork_runtime::Params>::specs()
+            .into_iter()
+            .find(|s| s.name == "file")
+            .unwrap();
         let read = |v: Value| {
             let mut cx = ReadCx::new("Craft", &services);
             let file = MeshFile::read(&v.into(), &spec, &mut cx);

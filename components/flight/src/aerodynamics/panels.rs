@@ -331,7 +331,8 @@ mod tests {
                 text += &format!("f {a} {} {} {b}\n", at(ring, j), at(ring, j + 1));
             }
         }
-        let base: Vec<String> = (0..around).rev().map(|j| at(2 * rings - 1, j).to_string()).collect();
+        let base: Vec<String> =
+            (0..around).rev().map(|j| at(2 * rings - 1, j).to_string()).collect();
         text + &format!("f {}\n", base.join(" "))
     }
 
