@@ -86,6 +86,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<propulsion::feed_line::FeedLine>(),
         Entry::model::<propulsion::held_thruster::HeldThruster>(),
         Entry::model::<propulsion::plume::Plume>(),
+        Entry::model::<propulsion::sloshing::Sloshing>(),
         Entry::model::<propulsion::solid_motor::SolidMotor>(),
         Entry::model::<propulsion::thruster::Thruster>(),
         Entry::model::<propulsion::vector_thrust::VectorThrust>(),
