@@ -1,5 +1,6 @@
-//! Component library: flight. Aerodynamics, engines and thrusters, tanks, parachutes, balloons, airbags and legs, reaction
-//! wheels, gyros and torquers, guidance of ascent, orbit, entry and landing.
+//! Component library: flight. Aerodynamics by tables, files, shapes and meshes, engines and thrusters, tanks and slosh, light on
+//! panels and meshes, parachutes, balloons, airbags and legs, reaction wheels, gyros and torquers, guidance of ascent, orbit,
+//! entry and landing.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "flight.engine"`):
 //! ```

@@ -28,7 +28,7 @@ pub enum Base {
 #[derive(Params, Clone, Debug)]
 pub struct SphereConeParams {
     /// Half angle of the cone, between its axis and its side.
-    #[param(unit = "rad", range = 0.01..=1.570_796_326_794_896_6)]
+    #[param(unit = "rad", range = 0.01..=0.5 * PI)]
     pub half_angle: f64,
     /// Nose radius over base radius.
     #[param(range = 1e-6..=1.0)]
