@@ -1,5 +1,6 @@
-//! Component library: flight. Aerodynamics, engines and thrusters, tanks, parachutes, balloons, airbags and legs, reaction
-//! wheels, gyros and torquers, guidance of ascent, orbit, entry and landing.
+//! Component library: flight. Aerodynamics by tables, files, shapes and meshes, engines and thrusters, tanks and slosh, light on
+//! panels and meshes, parachutes, balloons, airbags and legs, reaction wheels, gyros and torquers, guidance of ascent, orbit,
+//! entry and landing.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "flight.engine"`):
 //! ```
@@ -18,6 +19,7 @@ pub mod engine;
 pub mod guidance;
 pub mod kickoff_spring;
 pub mod landing;
+pub mod mesh;
 pub mod orbit;
 pub mod parachute;
 pub mod program;
@@ -40,6 +42,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<aerodynamics::gusts::Gusts>(),
         Entry::model::<aerodynamics::panels::PanelAerodynamics>(),
         Entry::model::<aerodynamics::rate_damping::RateDamping>(),
+        Entry::model::<aerodynamics::sphere_cone_shell::SphereConeShell>(),
         Entry::model::<attitude::bank_control::BankControl>(),
         Entry::model::<attitude::control_moment_gyro::ControlMomentGyro>(),
         Entry::model::<attitude::gravity_gradient::GravityGradient>(),
@@ -84,6 +87,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<propulsion::feed_line::FeedLine>(),
         Entry::model::<propulsion::held_thruster::HeldThruster>(),
         Entry::model::<propulsion::plume::Plume>(),
+        Entry::model::<propulsion::sloshing::Sloshing>(),
         Entry::model::<propulsion::solid_motor::SolidMotor>(),
         Entry::model::<propulsion::thruster::Thruster>(),
         Entry::model::<propulsion::vector_thrust::VectorThrust>(),

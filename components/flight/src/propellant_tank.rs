@@ -3,10 +3,27 @@
 //! ṁ = −Σ flow        h = m/(ρ π r²)        from the node: com (0, 0, h/2)
 //! I about the com: x, y: m (3 r² + h²)/12, z: m r²/2
 //! ```
-//! The propellant stands settled on the bottom of an upright cylinder (no slosh): node z points from
-//! the bottom to the surface. The body's own mass in the file is the dry mass. Running dry is an event.
+//! The propellant stands settled on the bottom of an upright cylinder: node z points from the bottom to
+//! the surface. The body's own mass in the file is the dry mass. Running dry is an event.
+//!
+//! With `slosh: apart` the mass m₁ of the first slosh mode is left to a `flight.slosh`, which takes it from here:
+//! ```text
+//! m₀ = m − m₁      m₀ h₀ = m h/2 − m₁ h₁      I₀ + m₀ h₀² = m (r²/4 + h²/3) − m₁ h₁²      I_z: the less of m r²/2 and 2 I₀
+//! ```
+//! Mass, first moment and the moments across are those of all of the propellant while nothing swings. These are of the propellant
+//! as if it were solid, which a liquid exceeds in no axis.
 
+use crate::propulsion::slosh::Slosh;
 use linkwork_runtime::prelude::*;
+
+/// Whether all of the propellant moves with the tank.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SloshMode {
+    /// It does.
+    Settled,
+    /// The mass of the first mode is left to a `flight.slosh`.
+    Apart,
+}
 
 /// The tank and what is in it.
 #[derive(Params, Clone, Debug)]
@@ -20,6 +37,9 @@ pub struct TankParams {
     /// Density of the propellant.
     #[param(unit = "kg/m^3", default = 1000.0, range = 1e-3..)]
     pub density: f64,
+    /// Whether the mass of the first slosh mode is left to a `flight.slosh`: settled, apart.
+    #[param(default = SloshMode::Settled)]
+    pub slosh: SloshMode,
 }
 
 /// What is drawn.
@@ -45,6 +65,15 @@ pub struct TankOut {
     /// There is propellant.
     #[port]
     pub supplies: bool,
+    /// Mass that is left to `flight.slosh`.
+    #[port("kg")]
+    pub swinging: f64,
+    /// Height of the mass of the first slosh mode over the bottom.
+    #[port("m")]
+    pub swing_height: f64,
+    /// Square of its frequency over the acceleration along z.
+    #[port("1/m")]
+    pub swing_stiffness: f64,
 }
 
 /// What is in it.
@@ -96,13 +125,31 @@ impl Model for PropellantTank {
         let m = if d.dry { 0.0 } else { x.mass.max(0.0) };
         let r2 = self.p.radius * self.p.radius;
         let level = m / (self.p.density * std::f64::consts::PI * r2);
-        let across = m * (3.0 * r2 + level * level) / 12.0;
-        let central = Vec3::new(across, across, 0.5 * m * r2);
+        let mode = Slosh { radius: self.p.radius, height: level, mass: m };
+        let swing_height = mode.attachment();
+        let (mut swinging, mut centre) = (0.0, 0.5 * level);
+        let mut across = m * (3.0 * r2 + level * level) / 12.0;
+        let mut about = 0.5 * m * r2;
+        if self.p.slosh == SloshMode::Apart && m > 0.0 {
+            swinging = mode.swinging();
+            let rest = m - swinging;
+            let gap = |h: f64| (h - centre) * (h - centre);
+            let h0 = (m * centre - swinging * swing_height) / rest;
+            // About the common centre, which stays.
+            across -= swinging * gap(swing_height) + rest * gap(h0);
+            about = about.min(2.0 * across);
+            centre = h0;
+        }
+        let rest = m - swinging;
+        let central = Vec3::new(across, across, about);
         TankOut {
-            added: AddedMass::of(m, &Vec3::new(0.0, 0.0, 0.5 * level), &central),
+            added: AddedMass::of(rest, &Vec3::new(0.0, 0.0, centre), &central),
             propellant: m,
             level,
             supplies: !d.dry,
+            swinging,
+            swing_height,
+            swing_stiffness: mode.per_acceleration(),
         }
     }
     fn deriv(&self, _: &Clock, _: &Content, d: &Dry, u: &Drawn) -> Content {
@@ -119,10 +166,45 @@ impl Model for PropellantTank {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linkwork_spatial::RigidInertia;
+    use linkwork_spatial::nalgebra::Matrix3;
+
+    fn params(propellant: f64, density: f64) -> TankParams {
+        TankParams { propellant, radius: 0.5, density, slosh: SloshMode::Settled }
+    }
+
+    /// From a film to a tower: with the particle that swings, mass and moments are those of all; and the rest is a body.
+    #[test]
+    fn what_swings_is_taken_from_the_rest() {
+        for propellant in [1e-3, 1.0, 30.0, 200.0, 600.0, 5000.0] {
+            let at = |slosh| {
+                let tank = PropellantTank { p: TankParams { slosh, ..params(propellant, 800.0) } };
+                let x = tank.init_x();
+                tank.moore(&Clock::at(0.0, 0.01, 0), &x, &Dry { dry: false }, &())
+            };
+            let (all, apart) = (at(SloshMode::Settled), at(SloshMode::Apart));
+            assert!(all.swinging == 0.0 && apart.swinging > 0.0);
+            let particle = Vec3::new(0.0, 0.0, apart.swing_height);
+            let particle = AddedMass::of(apart.swinging, &particle, &Vec3::zeros());
+            let near = |a: f64, b: f64| (a - b).abs() < 1e-12 * b.abs().max(1e-9 * propellant);
+            assert!(near(apart.added.mass + particle.mass, propellant));
+            let first = apart.added.first_moment + particle.first_moment;
+            assert!(near(first.z, all.added.first_moment.z), "{propellant}");
+            for k in [0, 1] {
+                let sum = apart.added.inertia[k] + particle.inertia[k];
+                assert!(near(sum, all.added.inertia[k]), "{propellant}");
+            }
+            let [xx, yy, zz, ..] = apart.added.inertia;
+            assert!(zz <= all.added.inertia[2] && zz > 0.4 * all.added.inertia[2]);
+            let moments = Matrix3::from_diagonal(&Vec3::new(xx, yy, zz));
+            let (m, h) = (apart.added.mass, apart.added.first_moment);
+            assert!(RigidInertia::from_moments(m, h, moments).is_ok(), "{propellant}");
+        }
+    }
 
     #[test]
     fn a_full_tank_is_a_cylinder() {
-        let p = TankParams { propellant: 1000.0, radius: 0.5, density: 800.0 };
+        let p = params(1000.0, 800.0);
         let tank = PropellantTank { p };
         let x = tank.init_x();
         let y = tank.moore(&Clock::at(0.0, 0.01, 0), &x, &Dry { dry: false }, &());
@@ -137,8 +219,7 @@ mod tests {
 
     #[test]
     fn it_ends_empty_and_draws_no_more() {
-        let tank =
-            PropellantTank { p: TankParams { propellant: 1.0, radius: 0.5, density: 1000.0 } };
+        let tank = PropellantTank { p: params(1.0, 1000.0) };
         let c = Clock::at(0.0, 0.01, 0);
         let (x, d) = tank.fired(
             &c,

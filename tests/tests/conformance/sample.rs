@@ -176,6 +176,14 @@ pub fn params(entry: &Entry) -> Value {
         let target = [0.3, -0.8, 0.4].map(|x| Value::Number(x).into());
         entries.push(("target".into(), Value::List(target.to_vec()).into()));
     }
+    // Either `panels` or `mesh`.
+    if matches!(&*d.name, "flight.panel_aerodynamics" | "flight.panel_radiation_pressure") {
+        let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+        let entry = |key: &str, v: Value| (key.into(), v.into());
+        let word = |key: &str, text: &str| entry(key, Value::Text(text.into()));
+        let file = Value::Map(vec![word("name", "corner.obj"), word("text", text)]);
+        entries.push(("mesh".into(), Value::Map(vec![entry("file", file)]).into()));
+    }
     // Needed by its `degree`.
     if d.name == "flight.magnetic_field" {
         let date = Value::Text("2025-01-01 00:00:00 UTC".into());

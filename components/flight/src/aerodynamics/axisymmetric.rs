@@ -102,7 +102,7 @@ pub struct Passed {
     /// Heat at the stagnation point so far.
     #[port("J/m^2")]
     pub heat_load: f64,
-    /// The flow has been outside the tables.
+    /// The flow has been outside the range of the coefficients.
     #[port]
     pub outside: bool,
 }
@@ -118,15 +118,15 @@ pub struct Heat {
 /// What has happened.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Left {
-    /// The flow has been outside the tables.
+    /// The flow has been outside the range of the coefficients.
     #[port]
     pub outside: bool,
 }
 
-/// The edge of the tables.
+/// The edge of the tables, or of where a closed form holds.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Edge {
-    /// How far inside the tables, as a share of their width.
+    /// How far inside the range of the coefficients, as a share of its width.
     #[port("1")]
     pub inside: f64,
 }
@@ -146,9 +146,56 @@ pub(super) fn leaves(mach: f64, was: &Left) -> Option<BuildError> {
     (!was.outside).then(|| BuildError::new(fact).help(help).at("outside"))
 }
 
+/// What coefficients of an axisymmetric body are multiplied with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scales {
+    /// Reference area S, m².
+    pub(super) area: f64,
+    /// Reference length D, m.
+    pub(super) length: f64,
+    /// The point of C_m, from the node, body axes, m.
+    pub(super) reference: Vec3,
+    /// (C_lp, C_mq, C_nr), for rates times D/(2V).
+    pub(super) damping: Vec3,
+    /// Sutton-Graves constant, SI.
+    pub(super) heating_constant: f64,
+    /// Nose radius, m.
+    pub(super) nose_radius: f64,
+}
+
+impl Scales {
+    /// Load and flow by C_A, C_N and C_m, with axes of the body `R` (body to W).
+    pub(super) fn loaded(
+        &self,
+        a: &AirData,
+        R: &Quat,
+        [axial, normal, pitch]: [f64; 3],
+    ) -> AxisymmetricOut {
+        let lean = a.lean();
+        let qs = a.pressure * self.area;
+        let force = Vec3::new(-axial, -normal * lean.y, -normal * lean.z) * qs;
+        let about = Vec3::new(0.0, lean.z, -lean.y) * (qs * self.length * pitch);
+        // q S D²/(2V) = ρ V S D²/4, which is no division by zero at rest.
+        let rate = 0.25 * a.density * a.speed * self.area * self.length * self.length;
+        let damping = a.angular.component_mul(&self.damping) * rate;
+        let moment = about + self.reference.cross(&force) + damping;
+        AxisymmetricOut {
+            load: Wrench { moment: R * moment, force: R * force },
+            airspeed: a.speed,
+            mach: a.mach,
+            dynamic_pressure: a.pressure,
+            alpha: a.alpha,
+            beta: a.beta,
+            force: force.norm(),
+            heating: a.heating(self.heating_constant, self.nose_radius),
+        }
+    }
+}
+
 /// A capsule by tables.
 pub struct Axisymmetric {
     p: AxisymmetricParams,
+    scales: Scales,
     tables: [Surface; 3],
 }
 
@@ -182,35 +229,19 @@ impl Model for Axisymmetric {
         };
         let tables =
             [table(&p.axial, "axial")?, table(&p.normal, "normal")?, table(&p.pitch, "pitch")?];
-        Ok(Axisymmetric { p, tables })
+        let AxisymmetricParams { area, length, reference, damping, .. } = p;
+        let (heating_constant, nose_radius) = (p.heating_constant, p.nose_radius);
+        let scales = Scales { area, length, reference, damping, heating_constant, nose_radius };
+        Ok(Axisymmetric { p, scales, tables })
     }
     fn moore(&self, _: &Clock, x: &Heat, d: &Left) -> Passed {
         Passed { heat_load: x.load, outside: d.outside }
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
-        let p = &self.p;
         let (a, inside) = self.air(c.t, u);
-        let [axial, normal, pitch] = [0, 1, 2].map(|k| self.tables[k].at(a.alpha_total, a.mach));
-        let lean = a.lean();
-        let qs = a.pressure * p.area;
-        let force = Vec3::new(-axial, -normal * lean.y, -normal * lean.z) * qs;
-        let about = Vec3::new(0.0, lean.z, -lean.y) * (qs * p.length * pitch);
-        // q S D²/(2V) = ρ V S D²/4, which is no division by zero at rest.
-        let rate = 0.25 * a.density * a.speed * p.area * p.length * p.length;
-        let damping = a.angular.component_mul(&p.damping) * rate;
-        let moment = about + p.reference.cross(&force) + damping;
-        let R = u.body.rotation;
-        let load = Wrench { moment: R * moment, force: R * force };
-        AxisymmetricOut {
-            load: p.outside.apply(load, inside),
-            airspeed: a.speed,
-            mach: a.mach,
-            dynamic_pressure: a.pressure,
-            alpha: a.alpha,
-            beta: a.beta,
-            force: force.norm(),
-            heating: a.heating(p.heating_constant, p.nose_radius),
-        }
+        let coefficients = [0, 1, 2].map(|k| self.tables[k].at(a.alpha_total, a.mach));
+        let y = self.scales.loaded(&a, &u.body.rotation, coefficients);
+        AxisymmetricOut { load: self.p.outside.apply(y.load, inside), ..y }
     }
     fn deriv(
         &self,

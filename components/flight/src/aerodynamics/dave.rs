@@ -12,6 +12,7 @@
 
 use super::air_data::{AirData, Outside};
 use super::axisymmetric::{Edge, Left, leaves, remark};
+use crate::mesh::{named_text, show_text};
 use linkwork_formats::daveml::{DaveModel, Role, read_dave, unit_text};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value};
@@ -52,26 +53,7 @@ impl Param for DaveFile {
     }
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<DaveFile> {
         let at = format!("`{}.{}`", cx.path, spec.name);
-        let word = |key: &str| match v.get(key).map(|l| &l.value) {
-            Some(Value::Text(t)) => Some(t.clone()),
-            _ => None,
-        };
-        let (name, text) = match &v.value {
-            Value::Text(name) => (name.clone(), cx.text(name, v.origin)?),
-            Value::Map(_) => match (word("name"), word("text")) {
-                (Some(name), Some(text)) => (name, text),
-                _ => {
-                    let fact = format!("{at}: `name` or `text` is missing");
-                    cx.fault(v.origin, fact, Some("write (name: \"…\", text: \"…\")".into()));
-                    return None;
-                }
-            },
-            other => {
-                let fact = format!("{at} is the name of a file, this is {}", other.what());
-                cx.fault(v.origin, fact, Some("write e.g. \"brick_aero.dml\"".into()));
-                return None;
-            }
-        };
+        let (name, text) = named_text(v, spec, cx, "brick_aero.dml")?;
         match DaveFile::new(&name, &text) {
             Ok(file) => Some(file),
             Err(e) => {
@@ -82,10 +64,7 @@ impl Param for DaveFile {
         }
     }
     fn show(&self) -> Value {
-        Value::Map(vec![
-            ("name".into(), Value::Text(self.name.clone()).into()),
-            ("text".into(), Value::Text(self.text.to_string()).into()),
-        ])
+        show_text(&self.name, &self.text)
     }
 }
 

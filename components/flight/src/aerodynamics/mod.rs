@@ -12,5 +12,6 @@ pub mod panels;
 pub mod rarefied;
 pub mod rate_damping;
 pub mod sphere_cone;
+pub mod sphere_cone_shell;
 
 pub use air_data::{AirData, gusty};

@@ -6,11 +6,14 @@
 //! F = −q A (C_p n + C_τ τ)     τ: the direction of motion along the panel
 //! Kn = λ/L    λ = m/(√2 π d² ρ)    bridged by sin²
 //! ```
+//! Panels are typed, or the facets of a `mesh`, or both: what is typed (a solar array, an antenna) comes on top of the mesh.
 //! No panel shades another: right for convex bodies. The turning of the body is not felt by the panels.
 
 use super::air_data::{AirData, gusty};
 use super::rarefied::{bridge, free_molecular};
+use crate::mesh::{MeshParams, some_panels};
 use linkwork_runtime::prelude::*;
+use linkwork_world::gravity::polyhedron::Facet;
 
 /// A flat panel.
 #[derive(Params, Clone, Debug)]
@@ -28,8 +31,11 @@ pub struct Panel {
 /// Panels and gas.
 #[derive(Params, Clone, Debug)]
 pub struct PanelParams {
-    /// The panels, one for each side that the air reaches.
+    /// Panels, one for each side that the air reaches; they count beside those of `mesh`.
+    #[param(default = Vec::new())]
     pub panels: Vec<Panel>,
+    /// A mesh each facet of which is a panel.
+    pub mesh: Option<MeshParams>,
     /// Pressure coefficient at the stagnation point; 2: Newton.
     #[param(default = 2.0, range = 0.0..=4.0)]
     pub pressure_max: f64,
@@ -146,6 +152,11 @@ impl Model for PanelAerodynamics {
     type Yd = PanelOut;
     fn build(mut p: PanelParams) -> Result<Self, BuildError> {
         unit_normals(&mut p.panels)?;
+        if let Some(mesh) = &p.mesh {
+            let panel = |f: &Facet| Panel { area: f.area, normal: f.normal, centre: f.centre };
+            p.panels.extend(mesh.facets()?.iter().map(panel));
+        }
+        some_panels(p.panels.len())?;
         Ok(PanelAerodynamics { p })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &PanelIn) -> PanelOut {
@@ -243,9 +254,18 @@ mod tests {
     }
 
     fn model(density: f64, panels: Vec<Panel>) -> Result<PanelAerodynamics, BuildError> {
+        meshed(density, panels, None)
+    }
+
+    fn meshed(
+        density: f64,
+        panels: Vec<Panel>,
+        mesh: Option<MeshParams>,
+    ) -> Result<PanelAerodynamics, BuildError> {
         let atmosphere = Handle::new("air", Arc::new(Gas(density)) as Arc<dyn Atmosphere>);
         PanelAerodynamics::build(PanelParams {
             panels,
+            mesh,
             pressure_max: 1.84,
             length: 1.0,
             diffuse: 1.0,
@@ -282,5 +302,95 @@ mod tests {
         assert_eq!(at(0.0).load, Wrench::zero());
         let flat = vec![Panel { area: 1.0, normal: Vec3::zeros(), centre: Vec3::zeros() }];
         assert!(model(1.0, flat).is_err_and(|e| e.param.as_deref() == Some("panels")));
+    }
+
+    /// OBJ text of a whole sphere-cone, base included: corners on the surface, so that it lies inside of it.
+    fn obj(delta: f64, nu: f64, rings: usize, around: usize) -> String {
+        let mut text = "v 0 0 0\n".to_string();
+        let (sd, cd) = delta.sin_cos();
+        let end = 0.5 * PI - delta;
+        let cap = (1..=rings).map(|i| {
+            let (s, c) = (end * i as f64 / rings as f64).sin_cos();
+            (nu * (c - 1.0), nu * s)
+        });
+        let cone = (1..=rings).map(|i| {
+            let radius = nu * cd + (1.0 - nu * cd) * i as f64 / rings as f64;
+            (nu * (sd - 1.0) - (radius - nu * cd) * cd / sd, radius)
+        });
+        for (x, radius) in cap.chain(cone) {
+            for j in 0..around {
+                let (s, c) = (2.0 * PI * j as f64 / around as f64).sin_cos();
+                text += &format!("v {x:?} {:?} {:?}\n", radius * c, radius * s);
+            }
+        }
+        let at = |ring: usize, j: usize| 2 + ring * around + j % around;
+        for j in 0..around {
+            text += &format!("f 1 {} {}\n", at(0, j), at(0, j + 1));
+            for ring in 1..2 * rings {
+                let (a, b) = (at(ring - 1, j), at(ring - 1, j + 1));
+                text += &format!("f {a} {} {} {b}\n", at(ring, j), at(ring, j + 1));
+            }
+        }
+        let base: Vec<String> =
+            (0..around).rev().map(|j| at(2 * rings - 1, j).to_string()).collect();
+        text + &format!("f {}\n", base.join(" "))
+    }
+
+    /// Through the model, from a file's text: to the closed form with the square of the facets' size, whatever the roll.
+    #[test]
+    fn a_meshed_sphere_cone_goes_to_the_closed_form() {
+        let (delta, nu, size) = (70f64.to_radians(), 0.5, 1.5);
+        let exact = SphereCone { half_angle: delta, bluntness: nu, pressure_max: 1.84 };
+        let built = |n: usize| {
+            let mut mesh = crate::mesh::tests::mesh(&obj(delta, nu, n, 4 * n));
+            // The node is 0.3 base radii behind the nose.
+            (mesh.scale, mesh.origin) = (size, Vec3::new(0.3 * size, 0.0, 0.0));
+            meshed(1e-2, vec![], Some(mesh)).unwrap()
+        };
+        let (coarse, fine) = (built(8), built(32));
+        for (alpha, roll) in [(0.0_f64, 0.0_f64), (0.19, 0.0), (0.35, 1.1), (-0.2, 2.0)] {
+            let want = exact.at(alpha, 0.3);
+            let across = Vec3::new(0.0, roll.sin(), roll.cos());
+            let velocity = (Vec3::x() * alpha.cos() + across * alpha.sin()) * 7000.0;
+            let error = |m: &PanelAerodynamics| -> f64 {
+                let body = NodeState { velocity, ..NodeState::identity() };
+                let u = PanelIn { body, gust: Vec3::zeros() };
+                let y = m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &());
+                let qs = y.dynamic_pressure * PI * size * size;
+                let nose_up = Vec3::x().cross(&-across);
+                [
+                    -y.load.force.x / qs - want.axial,
+                    -y.load.force.dot(&across) / qs - want.normal,
+                    y.load.moment.dot(&nose_up) / (qs * 2.0 * size) - want.pitch,
+                ]
+                .map(f64::abs)
+                .iter()
+                .sum()
+            };
+            let (coarse, fine) = (error(&coarse), error(&fine));
+            assert!(coarse < 2e-2 && fine < 1e-3, "{alpha}: {coarse:e} {fine:e}");
+            // Four times as fine: a sixteenth, less what is of higher order.
+            assert!((12.0..20.0).contains(&(coarse / fine)), "{alpha}: {coarse:e} {fine:e}");
+        }
+    }
+
+    #[test]
+    fn typed_panels_count_beside_the_mesh_and_no_surface_is_refused() {
+        let array = || vec![Panel { area: 3.0, normal: Vec3::x(), centre: Vec3::y() * 2.0 }];
+        let cube = || Some(crate::mesh::tests::mesh(crate::mesh::tests::CUBE));
+        let force = |m: PanelAerodynamics| {
+            let body = NodeState { velocity: Vec3::x() * 7500.0, ..NodeState::identity() };
+            let u = PanelIn { body, gust: Vec3::zeros() };
+            let y = m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &());
+            y.load.force.x / y.dynamic_pressure
+        };
+        let both = force(meshed(1e-2, array(), cube()).unwrap());
+        assert!((both + 1.84 * (4.0 + 3.0)).abs() < 1e-12, "{both}");
+        let alone = force(meshed(1e-2, vec![], cube()).unwrap());
+        assert!((alone + 1.84 * 4.0).abs() < 1e-12, "{alone}");
+        let none = meshed(1e-2, vec![], None).err().unwrap();
+        assert!(none.param.as_deref() == Some("panels") && none.help.is_some());
+        let bad = meshed(1e-2, array(), Some(crate::mesh::tests::mesh(""))).err().unwrap();
+        assert!(bad.param.as_deref() == Some("mesh") && bad.help.is_some());
     }
 }

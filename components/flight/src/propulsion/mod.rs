@@ -5,6 +5,7 @@ pub mod feed_line;
 pub mod held_thruster;
 pub mod plume;
 pub mod slosh;
+pub mod sloshing;
 pub mod solid_motor;
 pub mod thruster;
 pub mod vector_thrust;

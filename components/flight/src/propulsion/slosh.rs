@@ -3,11 +3,12 @@
 //! k = 1.841184 (first zero of J₁′)     κ = k h/R
 //! ω² = (k a/R) tanh κ                  a: acceleration along the axis
 //! m₁/m = 2 tanh κ/(κ (k² − 1))         the share that swings
+//! h₁ = h − (2R/k) tanh(κ/2)            height of a spring's mass over the bottom; a pendulum's pivot: h₁ + L
 //! pendulum: L = a/ω² = R/(k tanh κ)    spring: k₁ = m₁ ω²
 //! c = 2 ζ ω m₁ (spring)                c_θ = 2 ζ ω m₁ L² (pendulum)
 //! ```
-//! (Abramson, NASA SP-106.) A pendulum is a body on a `Pin` with a damping, a spring one on a `Slider`
-//! with stiffness and damping: the mechanism has both.
+//! (Abramson, NASA SP-106.) A pendulum is a body on a `Pin` with a damping. A mass on springs that follows the level of a
+//! tank is `flight.slosh`; at one level, a body on a `Slider` with stiffness and damping does.
 
 /// First zero of the derivative of the Bessel function J₁.
 const K: f64 = 1.841_183_781_340_659;
@@ -30,7 +31,7 @@ impl Slosh {
 
     /// Frequency ω (rad/s) under an acceleration a (m/s²).
     pub fn frequency(&self, acceleration: f64) -> f64 {
-        (K * acceleration / self.radius * self.depth()).sqrt()
+        (acceleration * self.per_acceleration()).sqrt()
     }
 
     /// Mass that swings, kg.
@@ -39,9 +40,20 @@ impl Slosh {
         self.mass * 2.0 * self.depth() / (kappa * (K * K - 1.0))
     }
 
+    /// Height of the mass on a spring over the flat bottom, m: there, the spring's force and the weight of the displaced mass
+    /// have the moment of the pressure on wall and bottom.
+    pub fn attachment(&self) -> f64 {
+        self.height - 2.0 * self.radius / K * (0.5 * K * self.height / self.radius).tanh()
+    }
+
+    /// ω² over the acceleration, 1/m: one over the length of the pendulum.
+    pub fn per_acceleration(&self) -> f64 {
+        K / self.radius * self.depth()
+    }
+
     /// Length of the pendulum, m: the same under every acceleration.
     pub fn pendulum(&self) -> f64 {
-        self.radius / (K * self.depth())
+        1.0 / self.per_acceleration()
     }
 
     /// Stiffness of the spring, N/m.
@@ -85,5 +97,38 @@ mod tests {
         assert!((shallow.swinging() - 2.0 / (K * K - 1.0)).abs() < 1e-6);
         // No more than there is.
         assert!(shallow.swinging() < 1.0);
+    }
+
+    /// The pressure of the first mode, p ∝ J₁(k r/R) cosh(k z/R) cos θ, summed over wall and bottom by quadrature: its moment
+    /// over its force is h₁ + L, L for the weight of the mass that has gone aside.
+    #[test]
+    fn the_height_of_the_mass_is_that_of_the_pressure() {
+        // J₁ by its series.
+        let bessel = |x: f64| {
+            let (mut term, mut sum) = (0.5 * x, 0.0);
+            for n in 1..30 {
+                sum += term;
+                term *= -0.25 * x * x / f64::from(n * (n + 1));
+            }
+            sum
+        };
+        for height in [0.1, 0.6, 2.0] {
+            let s = Slosh { radius: 0.7, height, mass: 1.0 };
+            let n = 4000;
+            let middle = |k: i32, length: f64| (f64::from(k) + 0.5) * length / f64::from(n);
+            let (mut force, mut moment) = (0.0, 0.0);
+            for k in 0..n {
+                // Over the angle, both go with π.
+                let (z, dz) = (middle(k, height), height / f64::from(n));
+                let wall = bessel(K) * (K * z / s.radius).cosh() * s.radius * dz;
+                force += wall;
+                moment += wall * z;
+                let (r, dr) = (middle(k, s.radius), s.radius / f64::from(n));
+                moment += bessel(K * r / s.radius) * r * r * dr;
+            }
+            let want = moment / force - s.pendulum();
+            assert!((s.attachment() - want).abs() < 1e-6, "{height}: {} {want}", s.attachment());
+        }
+        assert_eq!(Slosh { radius: 0.7, height: 0.0, mass: 0.0 }.attachment(), 0.0);
     }
 }

@@ -4,12 +4,15 @@
 //! Sun       p = ν P (AU/d)², ŝ to the Sun; P = 4.56e-6 N/m², ν visible part of its disc (Montenbruck & Gill, 3.4.2)
 //! planet    p ŝ = −e P (AU/d)²: light that its ground scatters (albedo), and its heat (infrared), as if from one place
 //! ```
+//! Panels are typed, or the facets of a `mesh`, or both: what is typed (a solar array, an antenna) comes on top of the mesh.
 //! Edges of penumbra and umbra are events. No panel shades another: right for convex bodies, an overestimate for others.
 //! The planet is a ball; its light is that of `linkwork_world::eclipse::planet_light`.
 
 use super::{Edges, Sky, look};
+use crate::mesh::{MeshParams, some_panels};
 use linkwork_runtime::prelude::*;
 use linkwork_world::eclipse::{planet_light, plate, pressure};
+use linkwork_world::gravity::polyhedron::Facet;
 
 /// A flat panel, lit from the side of its normal. What has two sides is two panels.
 #[derive(Params, Clone, Debug)]
@@ -33,8 +36,17 @@ pub struct LitPanel {
 /// Panels, planet, Sun.
 #[derive(Params, Clone, Debug)]
 pub struct RadiationPanelParams {
-    /// The panels.
+    /// Panels; they count beside those of `mesh`.
+    #[param(default = Vec::new())]
     pub panels: Vec<LitPanel>,
+    /// A mesh each facet of which is a panel.
+    pub mesh: Option<MeshParams>,
+    /// Part of the light that the facets of `mesh` mirror.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub mesh_specular: f64,
+    /// Part that they scatter.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub mesh_diffuse: f64,
     /// Radius of the planet that casts a shadow and throws light back; 0: none.
     #[param(unit = "m", default = 6_378_137.0, range = 0.0..)]
     pub planet_radius: f64,
@@ -127,6 +139,21 @@ impl Model for PanelRadiation {
             }
             panel.normal /= length;
         }
+        if let Some(mesh) = &p.mesh {
+            let (specular, diffuse) = (p.mesh_specular, p.mesh_diffuse);
+            let sent = specular + diffuse;
+            if sent > 1.0 {
+                return Err(BuildError::new(format!("the mesh sends back {sent} of the light"))
+                    .help("mesh_specular and mesh_diffuse are 1 together at most")
+                    .at("mesh_specular"));
+            }
+            let lit = |f: &Facet| {
+                let Facet { area, normal, centre } = *f;
+                LitPanel { area, normal, centre, specular, diffuse }
+            };
+            p.panels.extend(mesh.facets()?.iter().map(lit));
+        }
+        some_panels(p.panels.len())?;
         let site = p.gravity.as_ref().and_then(|g| g.site());
         Ok(PanelRadiation { p, site })
     }
@@ -196,6 +223,9 @@ mod tests {
         let sun = Arc::new(Along(sun)) as Arc<dyn Sun>;
         PanelRadiation::build(RadiationPanelParams {
             panels,
+            mesh: None,
+            mesh_specular: 0.0,
+            mesh_diffuse: 0.0,
             planet_radius: 6_378_137.0,
             albedo,
             infrared,
@@ -298,5 +328,65 @@ mod tests {
         );
         let mirror = LitPanel { specular: 0.9, ..panel(1.0, Vec3::x(), Vec3::zeros()) };
         assert!(told(mirror).contains("sends back 1.1 of the light"));
+    }
+
+    fn meshed(
+        panels: Vec<LitPanel>,
+        mesh: &str,
+        specular: f64,
+    ) -> Result<PanelRadiation, BuildError> {
+        let sun = Arc::new(Along(Vec3::x())) as Arc<dyn Sun>;
+        let mesh = crate::mesh::tests::mesh(mesh);
+        PanelRadiation::build(RadiationPanelParams {
+            panels,
+            mesh: Some(MeshParams { origin: Vec3::new(0.3, -0.5, 1.1), scale: 0.7, ..mesh }),
+            mesh_specular: specular,
+            mesh_diffuse: 0.2,
+            planet_radius: 6_378_137.0,
+            albedo: 0.0,
+            infrared: 0.0,
+            sun: Handle::new("sun", sun),
+            gravity: None,
+        })
+    }
+
+    /// A cube of 1.4 m from a mesh, and its plates in closed form: F = −p A Σ cos θ [(1 − ρ_s) ŝ + 2 (ρ_s cos θ + ρ_d/3) n̂].
+    #[test]
+    fn a_meshed_cube_is_its_plates() {
+        use crate::mesh::tests::CUBE;
+        let turn = Quat::from_euler_angles(0.4, 0.9, -0.2);
+        let (middle, side, specular) = (Vec3::new(0.3, -0.5, 1.1), 1.4, 0.3);
+        let y = at(&meshed(vec![], CUBE, specular).unwrap(), Vec3::new(8e6, 0.0, 0.0), turn);
+        let s = turn.inverse() * Vec3::x();
+        let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        for n in [Vec3::x(), Vec3::y(), Vec3::z()].into_iter().flat_map(|n| [n, -n]) {
+            let cosine = n.dot(&s).max(0.0);
+            let along = s * (1.0 - specular) + n * (2.0 * (specular * cosine + 0.2 / 3.0));
+            let f = along * (-y.pressure * side * side * cosine);
+            force += f;
+            moment += (middle + n * (0.5 * side)).cross(&f);
+        }
+        let (f, m) = (turn.inverse() * y.load.force, turn.inverse() * y.load.moment);
+        assert!((f - force).norm() < 1e-13 * force.norm(), "{f} {force}");
+        assert!((m - moment).norm() < 1e-13 * moment.norm(), "{m} {moment}");
+        // A wing that is typed counts as well.
+        let wing = || vec![panel(5.0, Vec3::x(), Vec3::y() * 3.0)];
+        let both = at(&meshed(wing(), CUBE, specular).unwrap(), Vec3::new(8e6, 0.0, 0.0), turn);
+        let wing = at(&model(wing(), 0.0, 0.0).unwrap(), Vec3::new(8e6, 0.0, 0.0), turn);
+        let sum = y.load.force + wing.load.force;
+        assert!(wing.load.force.norm() > 0.0);
+        assert!((both.load.force - sum).norm() < 1e-14 * sum.norm());
+    }
+
+    #[test]
+    fn a_bad_mesh_and_no_surface_are_refused() {
+        let at = |r: Result<PanelRadiation, BuildError>| {
+            let e = r.err().unwrap();
+            assert!(e.help.is_some(), "{}", e.message);
+            e.param.unwrap()
+        };
+        assert_eq!(at(meshed(vec![], "", 0.3)), "mesh");
+        assert_eq!(at(meshed(vec![], crate::mesh::tests::CUBE, 0.9)), "mesh_specular");
+        assert_eq!(at(model(vec![], 0.0, 0.0)), "panels");
     }
 }

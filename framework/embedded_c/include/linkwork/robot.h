@@ -121,6 +121,9 @@
 // In `LwTipGoal.seen_from`: in the world, or in the chain's base with `LW_GOAL_IN_BASE`.
 #define LW_NO_PART UINT32_MAX
 
+// Of `lw_robot_attach`: the object itself carries, none of its bodies.
+#define LW_ITSELF UINT32_MAX
+
 // The sum of squares of the forces is made small.
 #define LW_BALANCE_EQUAL 0
 
@@ -166,9 +169,9 @@ typedef enum LwStatus {
   LW_STATUS_OUTSIDE_LIMITS,
   // More than room was reserved for.
   LW_STATUS_NO_ROOM,
-  // The object is held already.
+  // The object is held already, or attached to another one.
   LW_STATUS_HELD,
-  // The object is not held.
+  // The object is not held, or attached to nothing.
   LW_STATUS_NOT_HELD,
   // The hand holds nothing, or not this object.
   LW_STATUS_EMPTY_HAND,
@@ -673,8 +676,13 @@ enum LwStatus lw_builder_message(const struct LwBuilder *builder,
 // A folder that holds packages, for `package://name/..` in files that are read afterwards.
 enum LwStatus lw_builder_packages(struct LwBuilder *builder, const char *folder);
 
-// The robot, from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings are refused: the
-// model is a tree. Shapes are read by `lw_builder_file_shapes`.
+// Before the robot is read: its loops and couplings, such as joints that mimic others, are kept. `lw_whole_reach_solve` and `lw_whole_reach_best` keep them closed. Kinematics, collisions,
+// masses and forces are those of the tree at the q given, as if every coordinate had a motor of its own. What would open them is `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and ways of a
+// chain that takes part in them, ways between configurations, wishes, operational space, predictions, timings and transfers.
+enum LwStatus lw_builder_keep_closures(struct LwBuilder *builder);
+
+// The robot, from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
+// joints that mimic others, are refused, but after `lw_builder_keep_closures`. Shapes are read by `lw_builder_file_shapes`.
 enum LwStatus lw_builder_robot_file(struct LwBuilder *builder,
                                     const char *path,
                                     uint32_t root,
@@ -1270,8 +1278,10 @@ enum LwStatus lw_effort_worst_case_steps(const struct LwEffort *effort,
                                          const struct LwGoal *goal,
                                          size_t *steps);
 
-// Where an object is in the world: in the hand, or where it was put or let go last.
-enum LwStatus lw_robot_object_pose(struct LwRobot *robot, uint32_t object, struct LwPose *out);
+// Where an object is in the world: in the hand, where it is attached, or where it was put or let go last.
+enum LwStatus lw_robot_object_pose(struct LwRobot *robot,
+                                   uint32_t object,
+                                   struct LwPose *out);
 
 // Puts an object that nobody holds somewhere in the world.
 enum LwStatus lw_robot_put(struct LwRobot *robot, uint32_t object, const struct LwPose *at);
@@ -1294,6 +1304,17 @@ enum LwStatus lw_robot_release(struct LwRobot *robot, uint32_t hand, uint32_t ob
 
 // All hands let go of an object: it stays where it is in the world.
 enum LwStatus lw_robot_ungrasp(struct LwRobot *robot, uint32_t object);
+
+// Attaches an object that no hand holds to another one: a battery to its driver, a wheel to its hub. `body`: the body of that one that carries it, or `LW_ITSELF`. `at`: its pose in the frame
+// of what carries it, or where it is now (NULL). It then goes with that, and the hand that holds that carries both.
+enum LwStatus lw_robot_attach(struct LwRobot *robot,
+                              uint32_t object,
+                              uint32_t on,
+                              uint32_t body,
+                              const struct LwPose *at);
+
+// Takes an object off what it is attached to: it stays where it is in the world.
+enum LwStatus lw_robot_detach(struct LwRobot *robot, uint32_t object);
 
 // Coordinates of the joints of an object into `q` (`n`: how many it has), in the order of its bodies: depth first, siblings by name.
 enum LwStatus lw_robot_object_q(struct LwRobot *robot,

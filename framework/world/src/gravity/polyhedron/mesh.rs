@@ -5,22 +5,25 @@ use crate::error::WorldError;
 use linkwork_spatial::Vec3;
 use std::collections::BTreeMap;
 
-fn wrong(place: String, fact: String, help: &'static str) -> WorldError {
+pub(super) fn wrong(place: String, fact: String, help: &'static str) -> WorldError {
     WorldError::Mesh { place, fact, help }
 }
 
-/// Triangles with their normals.
-pub(super) fn faces(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<Face>, WorldError> {
+/// Triangles with their normals; `place` names one of them in messages.
+pub(super) fn faces(
+    vertices: &[Vec3],
+    triangles: &[[u32; 3]],
+    place: impl Fn(usize) -> String,
+) -> Result<Vec<Face>, WorldError> {
     if let Some(k) = vertices.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
         let fact = "has a NaN or an infinity".to_string();
         return Err(wrong(format!("vertex {k}"), fact, "give finite numbers"));
     }
     let mut out = Vec::with_capacity(triangles.len());
     for (k, corners) in triangles.iter().enumerate() {
-        let place = || format!("triangle {k}");
         if let Some(i) = corners.iter().find(|i| **i as usize >= vertices.len()) {
             let fact = format!("names vertex {i} of {}", vertices.len());
-            return Err(wrong(place(), fact, "indices count from 0"));
+            return Err(wrong(place(k), fact, "indices count from 0"));
         }
         let [a, b, c] = corners.map(|i| vertices[i as usize]);
         let (ab, ac) = (b - a, c - a);
@@ -28,17 +31,19 @@ pub(super) fn faces(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Result<Vec<Fac
         let scale = ab.norm() * ac.norm();
         if !(normal.norm() > 1e-12 * scale) {
             let help = "remove it, or give three corners that are not on one line";
-            return Err(wrong(place(), "has no area".to_string(), help));
+            return Err(wrong(place(k), "has no area".to_string(), help));
         }
         out.push(Face { corners: *corners, normal: normal.normalize() });
     }
     Ok(out)
 }
 
-/// Each edge once, from its smaller to its larger vertex.
-pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, WorldError> {
-    // From a directed edge to its face; in order, so that sums are in order.
-    let mut sides: BTreeMap<(u32, u32), usize> = BTreeMap::new();
+/// From a directed edge to its face; in order, so that sums are in order.
+pub(super) type Sides = BTreeMap<(u32, u32), usize>;
+
+/// The directed edges of faces that all look to one side: none is there twice.
+pub(super) fn sides(faces: &[Face]) -> Result<Sides, WorldError> {
+    let mut sides = Sides::new();
     for (k, f) in faces.iter().enumerate() {
         let [a, b, c] = f.corners;
         for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -49,6 +54,12 @@ pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, Worl
             }
         }
     }
+    Ok(sides)
+}
+
+/// Each edge once, from its smaller to its larger vertex.
+pub(super) fn edges(vertices: &[Vec3], faces: &[Face]) -> Result<Vec<Edge>, WorldError> {
+    let sides = sides(faces)?;
     let mut out = Vec::with_capacity(sides.len() / 2);
     for (&(a, b), &A) in &sides {
         let Some(&B) = sides.get(&(b, a)) else {

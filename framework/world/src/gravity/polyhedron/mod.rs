@@ -14,9 +14,11 @@
 //! Far away its terms cancel: about 1e-16 (distance/size)³ of the acceleration is lost, so beyond a hundred
 //! sizes use harmonics or a point mass.
 
+mod facets;
 mod mesh;
 mod obj;
 
+pub use facets::{Facet, Surface, facets_from_obj};
 pub use obj::from_obj;
 
 use super::Gravity;
@@ -64,7 +66,7 @@ impl Polyhedron {
         g_rho: f64,
     ) -> Result<Self, WorldError> {
         number("g_rho, 1/s²", g_rho, |x| x > 0.0, "G times a density above 0")?;
-        let faces = mesh::faces(&vertices, triangles)?;
+        let faces = mesh::faces(&vertices, triangles, |k| format!("triangle {k}"))?;
         let edges = mesh::edges(&vertices, &faces)?;
         let (volume, centroid) = mesh::volume(&vertices, &faces)?;
         Ok(Self { g_rho, vertices, faces, edges, volume, centroid })

@@ -11,9 +11,24 @@ use linkwork_spatial::Vec3;
 /// # Errors
 /// Lines that cannot be read, with their number, and all that [`Polyhedron::new`] refuses.
 pub fn from_obj(file: &str, text: &str, scale: f64, g_rho: f64) -> Result<Polyhedron, WorldError> {
+    let Triangles { vertices, corners, .. } = triangles(file, text, scale)?;
+    Polyhedron::new(vertices, &corners, g_rho)
+}
+
+/// What a file says, not yet looked at as a surface.
+pub(super) struct Triangles {
+    /// m.
+    pub(super) vertices: Vec<Vec3>,
+    pub(super) corners: Vec<[u32; 3]>,
+    /// Line of the face of each triangle, from 1.
+    pub(super) lines: Vec<usize>,
+}
+
+/// Vertices and triangles of a text; arguments as in [`from_obj`].
+pub(super) fn triangles(file: &str, text: &str, scale: f64) -> Result<Triangles, WorldError> {
     crate::error::number("scale", scale, |x| x > 0.0, "metres for a unit of the file")?;
     let mut vertices: Vec<Vec3> = Vec::new();
-    let mut triangles = Vec::new();
+    let (mut triangles, mut lines) = (Vec::new(), Vec::new());
     for (k, raw) in text.lines().enumerate() {
         let place = || format!("{file}:{}", k + 1);
         let mut words = raw.split('#').next().unwrap_or("").split_whitespace();
@@ -41,11 +56,12 @@ pub fn from_obj(file: &str, text: &str, scale: f64, g_rho: f64) -> Result<Polyhe
                 triangles.extend(
                     (1..corners.len() - 1).map(|i| [corners[0], corners[i], corners[i + 1]]),
                 );
+                lines.resize(triangles.len(), k + 1);
             }
             _ => {}
         }
     }
-    Polyhedron::new(vertices, &triangles, g_rho)
+    Ok(Triangles { vertices, corners: triangles, lines })
 }
 
 /// Vertex of `7`, `7/1/3` or `-1`, from 0.
