@@ -286,7 +286,7 @@ fn key_and_door() {
     s.step("the arm lets go", &left, |r| r.ungrasp(key).unwrap());
     let stays = ["key: on", "key: place", "key: distances"];
     s.step("the key stays", &stays, |r| r.attach(key, frame, Some(lock), Grasp::Here).unwrap());
-    let along = ["frame: joints", "frame: distances", "key: place", "key: distances"];
+    let along = ["frame: joints", "robot and world: distances", "key: place", "key: distances"];
     s.step("the door closes", &along, |r| r.set_object_q(frame, &[0.0; 2]).unwrap());
     s.robot.detach(key).unwrap();
     s.ends(&["key"]);
