@@ -124,7 +124,7 @@ fn count_of(what: &str, count: usize) -> PyResult<()> {
 }
 
 /// Rows of a Jacobian by name.
-fn chosen(rows: &str, length: f64) -> PyResult<Rows> {
+fn rows_of(rows: &str, length: f64) -> PyResult<Rows> {
     let known =
         [("all", Rows::All { length }), ("linear", Rows::Linear), ("angular", Rows::Angular)];
     choice("rows", rows, &known)
@@ -290,7 +290,7 @@ impl Robot {
     ) -> PyResult<(Array1<'py>, Array2<'py>)> {
         let own = base(slf);
         let part = own.part(part)?;
-        let (rows, k) = (chosen(rows, length)?, if rows == "all" { 6 } else { 3 });
+        let (rows, k) = (rows_of(rows, length)?, if rows == "all" { 6 } else { 3 });
         let found = own.ask(|r| r.manipulability(part, rows, None))?;
         let directions = (0..k).flat_map(|i| (0..k).map(move |j| (i, j)));
         let directions = directions.map(|at| found.axes[at]).collect();
@@ -313,7 +313,7 @@ impl Robot {
     ) -> PyResult<(f64, Array1<'py>)> {
         let own = base(slf);
         let part = own.part(part)?;
-        let rows = chosen(rows, length)?;
+        let rows = rows_of(rows, length)?;
         let mut gradient = vec![0.0; own.model.dofs(part).map_err(refuse)?.len()];
         let found = own.ask(|r| r.manipulability(part, rows, Some(&mut gradient)))?;
         Ok((found.w, out1(slf.py(), gradient)))
