@@ -650,10 +650,10 @@ def test_distances_of_all_pairs_and_coarse_shapes():
 
 def test_a_battery_goes_with_its_driver():
     block = dict(mass=0.4, com=[0, 0, 0], inertia=np.eye(3) / 1000)
-    arm = linkwork.Builder().body("a", "world", linkwork.Hinge.pin([0, 1, 0]), mass=1, com=[0.2, 0, 0], inertia=np.eye(3) / 100)
-    arm = arm.body("hand", "a", linkwork.Hinge.pin([0, 1, 0]), hinge_in_parent=[0.4, 0, 0], mass=1, com=[0.1, 0, 0], inertia=np.eye(3) / 100).build()
+    arm = lw.Builder().body("a", "world", lw.Hinge.pin([0, 1, 0]), mass=1, com=[0.2, 0, 0], inertia=np.eye(3) / 100)
+    arm = arm.body("hand", "a", lw.Hinge.pin([0, 1, 0]), hinge_in_parent=[0.4, 0, 0], mass=1, com=[0.1, 0, 0], inertia=np.eye(3) / 100).build()
     objects = {"driver": (0.8, [0, 0, 0], np.eye(3) / 1000), "battery": (0.4, [0, 0, 0], np.eye(3) / 1000)}
-    robot = linkwork.Robot(arm, chains={"arm": ("world", "hand")}, objects=objects, colliders=[])
+    robot = lw.Robot(arm, chains={"arm": ("world", "hand")}, objects=objects, colliders=[])
     bare = robot.gravity_forces()
     robot.attach("battery", "driver", at=[0, 0, -0.1])
     robot.grasp("arm", "driver", [0.3, 0, 0])
@@ -662,24 +662,24 @@ def test_a_battery_goes_with_its_driver():
     assert np.allclose(load, [-1.2 * 9.81 * 0.7, -1.2 * 9.81 * 0.3], atol=1e-12)
     robot.update_grasp("arm", "driver", [0.35, 0, 0])
     assert np.allclose(robot.object_pose("battery")[:3, 3], [0.75, 0, -0.1], atol=1e-15)
-    with pytest.raises(linkwork.LinkworkError, match="attached to object 0"):
+    with pytest.raises(lw.LinkworkError, match="attached to object 0"):
         robot.grasp("arm", "battery")
     robot.detach("battery")
     robot.ungrasp("driver")
     assert robot.gravity_forces().tobytes() == bare.tobytes()
     # A jaw that carries: it goes with the jaw.
-    body = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block)
-    pliers = body.body("jaw", "pliers", linkwork.Hinge.pin([0, 0, 1]), **block).build()
-    fitter = linkwork.Robot(arm, chains={"arm": ("world", "hand")}, objects={"pliers": pliers, "nut": (0.1, [0, 0, 0], np.eye(3) / 1e4)}, colliders=[])
+    body = lw.Builder().body("pliers", "world", lw.Hinge.free(), **block)
+    pliers = body.body("jaw", "pliers", lw.Hinge.pin([0, 0, 1]), **block).build()
+    fitter = lw.Robot(arm, chains={"arm": ("world", "hand")}, objects={"pliers": pliers, "nut": (0.1, [0, 0, 0], np.eye(3) / 1e4)}, colliders=[])
     fitter.attach("nut", "pliers", "jaw", [0.1, 0, 0])
     fitter.set_object_q("pliers", [np.pi / 2])
     assert np.allclose(fitter.object_pose("nut")[:3, 3], [0, 0.1, 0], atol=1e-15)
 
 
 def test_ellipsoid_bias_and_forces_of_two_hands():
-    arm = linkwork.Builder().body("a", "world", linkwork.Hinge.pin([0, 0, 1]), mass=1, com=[0.2, 0, 0], inertia=np.eye(3) / 100)
-    arm = arm.body("hand", "a", linkwork.Hinge.pin([0, 0, 1]), hinge_in_parent=[0.4, 0, 0], mass=1, com=[0.1, 0, 0], inertia=np.eye(3) / 100).build()
-    robot = linkwork.Robot(arm, chains={"arm": ("world", "hand")}, objects={}, colliders=[])
+    arm = lw.Builder().body("a", "world", lw.Hinge.pin([0, 0, 1]), mass=1, com=[0.2, 0, 0], inertia=np.eye(3) / 100)
+    arm = arm.body("hand", "a", lw.Hinge.pin([0, 0, 1]), hinge_in_parent=[0.4, 0, 0], mass=1, com=[0.1, 0, 0], inertia=np.eye(3) / 100).build()
+    robot = lw.Robot(arm, chains={"arm": ("world", "hand")}, objects={}, colliders=[])
     robot.q = [0.3, 0.7]
     J = robot.jacobian("arm")
     half, directions = robot.ellipsoid("arm", rows="linear")

@@ -61,7 +61,7 @@ impl Robot {
         if self.carries(object.index(), on.index()) {
             let help = "attach it to an object that it does not carry";
             let value = on.index() as f64;
-            return Err(RobotError::OutOfRange { what: "object to attach it to", value, help });
+            return Err(RobotError::OutOfRange { what: "on", value, help });
         }
         let pose = match at {
             Grasp::Here => carrier.inverse() * self.object_pose(object)?,

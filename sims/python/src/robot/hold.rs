@@ -162,7 +162,7 @@ impl Robot {
     /// >>> robot.put("cup", [0.5, 0, 0.2])
     /// >>> robot.attach("cup", "cup")
     /// Traceback (most recent call last):
-    /// linkwork.LinkworkError: object to attach it to is 0
+    /// linkwork.LinkworkError: `on` is 0
     ///   help: attach it to an object that it does not carry
     #[pyo3(signature = (object, on, body=None, at=None))]
     fn attach(
