@@ -4,21 +4,10 @@ use crate::support;
 
 use linkwork_embedded::dynamics::{Tree, Workspace, inverse_dynamics, mass_matrix};
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits, Multibody};
-use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
+use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
 use support::*;
-
-fn mass(rng: &mut Rng, m: f64) -> MassProperties {
-    let com = Vec3::from_fn(|_, _| rng.within(-0.05, 0.05));
-    let J = Vec3::from_fn(|_, _| m * rng.within(2e-3, 3e-3));
-    MassProperties::new(m, com, Mat3::from_diagonal(&J))
-}
-
-fn place(rng: &mut Rng) -> Pose {
-    let turn = Vec3::from_fn(|_, _| rng.within(-1.0, 1.0));
-    Pose::new(Quat::from_scaled_axis(turn), Vec3::from_fn(|_, _| rng.within(-0.1, 0.1)))
-}
 
 /// An arm of four joints with two hands at its end, one welded to the other.
 fn arm(rng: &mut Rng) -> Builder {

@@ -5,20 +5,9 @@ use crate::support::*;
 use linkwork_collision::{ColliderSpec, Shape};
 use linkwork_embedded::dynamics::{Tree, Workspace, inverse_dynamics, mass_matrix};
 use linkwork_embedded::multibody::{BodySpec, Builder, Hinge, Limits, Multibody};
-use linkwork_embedded::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
+use linkwork_embedded::spatial::{Pose, Vec3};
 use linkwork_embedded::*;
 use std::sync::Arc;
-
-fn mass(rng: &mut Rng, m: f64) -> MassProperties {
-    let com = Vec3::from_fn(|_, _| rng.within(-0.05, 0.05));
-    let J = Vec3::from_fn(|_, _| m * rng.within(2e-3, 3e-3));
-    MassProperties::new(m, com, Mat3::from_diagonal(&J))
-}
-
-fn place(rng: &mut Rng) -> Pose {
-    let turn = Vec3::from_fn(|_, _| rng.within(-1.0, 1.0));
-    Pose::new(Quat::from_scaled_axis(turn), Vec3::from_fn(|_, _| rng.within(-0.1, 0.1)))
-}
 
 /// Where things are: the tool in the hand, the brick on the tool's blade, the chip on the brick.
 struct Places {

@@ -3,9 +3,21 @@
 use crate::edge::{LwPose, Out, alone, apart, numbers, numbers_mut, value};
 use crate::model::object_sizes;
 use crate::robot::{Instance, LwPush, LwRobot, take_pushes};
-use crate::status::LwStatus;
+use crate::status::{Fault, LwStatus};
 use linkwork_embedded::multibody::BodyId;
 use linkwork_embedded::{Closing, ClosureRank, Grasp, Object, RobotError};
+
+/// The pose that is given, or where the object is now for NULL.
+///
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn grasp(at: *const LwPose) -> Result<Grasp, Fault> {
+    if at.is_null() {
+        return Ok(Grasp::Here);
+    }
+    // SAFETY: the caller's promises.
+    Ok(Grasp::At(unsafe { value("at", at) }?.checked()?))
+}
 
 /// Where an object is in the world: in the hand, where it is attached, or where it was put or let go last.
 #[unsafe(no_mangle)]
@@ -53,11 +65,7 @@ pub unsafe extern "C" fn lw_robot_grasp(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (hand, object) = (r.part(hand)?, r.object(object)?);
-            let mut grasp = Grasp::Here;
-            if !at.is_null() {
-                grasp = Grasp::At(value("at", at)?.checked()?);
-            }
-            Ok(r.robot.grasp(hand, object, grasp)?)
+            Ok(r.robot.grasp(hand, object, grasp(at)?)?)
         })
     }
 }
@@ -125,11 +133,7 @@ pub unsafe extern "C" fn lw_robot_attach(
                 LW_ITSELF => None,
                 body => Some(self::body(r, on, body)?),
             };
-            let mut place = Grasp::Here;
-            if !at.is_null() {
-                place = Grasp::At(value("at", at)?.checked()?);
-            }
-            Ok(r.robot.attach(object, on, body, place)?)
+            Ok(r.robot.attach(object, on, body, grasp(at)?)?)
         })
     }
 }

@@ -188,3 +188,19 @@ impl Rng {
         low + (high - low) * self.unit()
     }
 }
+
+/// Mass properties of a body of some 10 cm, of mass `m` (kg).
+pub fn mass(rng: &mut Rng, m: f64) -> spatial::MassProperties {
+    let com = spatial::Vec3::from_fn(|_, _| rng.within(-0.05, 0.05));
+    let J = spatial::Vec3::from_fn(|_, _| m * rng.within(2e-3, 3e-3));
+    spatial::MassProperties::new(m, com, spatial::Mat3::from_diagonal(&J))
+}
+
+/// A pose within 10 cm and a turn of at most some 100 deg.
+pub fn place(rng: &mut Rng) -> spatial::Pose {
+    let turn = spatial::Vec3::from_fn(|_, _| rng.within(-1.0, 1.0));
+    spatial::Pose::new(
+        spatial::Quat::from_scaled_axis(turn),
+        spatial::Vec3::from_fn(|_, _| rng.within(-0.1, 0.1)),
+    )
+}
