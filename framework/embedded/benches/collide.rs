@@ -51,6 +51,21 @@ fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool], hand
         }
     }
     black_box(sum);
+    // The same questions as one table, in lanes.
+    let (table, mut out) = (qs.concat(), vec![false; qs.len()]);
+    let (mut one_by_one, mut together) = (Vec::new(), Vec::new());
+    for _ in 0..ROUNDS {
+        one_by_one.push(us(qs, |q| {
+            let _ = black_box(robot.collides(q));
+        }));
+        let start = std::time::Instant::now();
+        for _ in 0..10 {
+            robot.collides_all(&table, &mut out).unwrap();
+        }
+        together.push(start.elapsed().as_secs_f64() * 1e6 / (10 * qs.len()) as f64);
+    }
+    assert_eq!(out, ours);
+    row(&format!("{name} yes or no, in a table; one by one"), &together, &one_by_one, "");
     let asked = ["at most 0.4", "", "at most 0.4", ""];
     let names = ["yes or no", "all pairs, yes or no", "all distances", "least distance"];
     for ((side, what), target) in sides.iter().zip(names).zip(asked) {

@@ -96,6 +96,6 @@ pub use robot::{
     Gripped, Guards, HandWeights, Hold, Impedance, MotionLimits, MotionState, Mount, MoveSqueeze,
     Outcome, Path, PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search,
     Shared, TaskSpace, Timed, Timing, TipGoal, Touch, Transfer, Transferred, Way, WholeBody,
-    WholeReach, Wish,
+    WholeReach, Wish, collides_all,
 };
 pub use support::{support_margin, support_polygon};

@@ -1,6 +1,6 @@
 //! The model: constant, checked, shared.
 
-use crate::collision::Scene;
+use crate::collision::{Carrier, Scene};
 use crate::error::{Closure, ModelError, ModelFault, RobotError};
 use crate::linkage::{Linkage, linkages};
 use crate::part::{Chain, Part, PartSpec, Resolved, resolve};
@@ -403,6 +403,39 @@ impl RobotModel {
     #[track_caller]
     pub fn collider_spec(&self, id: ColliderId) -> &ColliderSpec {
         self.scene.colliders.spec(id)
+    }
+
+    /// The colliders on the bodies of a part, in the order of names.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`].
+    pub fn colliders_of_part(
+        &self,
+        part: Part,
+    ) -> Result<impl Iterator<Item = ColliderId> + '_, RobotError> {
+        let bodies = self.bodies(part)?;
+        Ok(self.carried(|c| matches!(c, Carrier::Body(b) if bodies.contains(&b))))
+    }
+
+    /// The colliders of an object, those on its bodies among them, in the order of names.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`].
+    pub fn colliders_of_object(
+        &self,
+        object: Object,
+    ) -> Result<impl Iterator<Item = ColliderId> + '_, RobotError> {
+        let own = object.index();
+        if own >= self.objects.len() {
+            return Err(RobotError::ForeignHandle);
+        }
+        let of = move |c| matches!(c, Carrier::Object(o) | Carrier::Linked(o, _) if o == own);
+        Ok(self.carried(of))
+    }
+
+    fn carried(&self, by: impl Fn(Carrier) -> bool) -> impl Iterator<Item = ColliderId> {
+        let all = self.scene.colliders.ids();
+        all.filter(move |i| by(self.scene.carriers[i.index()]))
     }
 
     /// Places in q and β of a joint with one coordinate, by the name that the file gives it.

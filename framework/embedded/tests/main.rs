@@ -13,6 +13,7 @@ mod grip;
 mod kinematics;
 mod linkages;
 mod long_chains;
+mod many;
 mod mounts;
 mod obstacles;
 mod outside;

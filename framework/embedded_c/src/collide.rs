@@ -66,12 +66,6 @@ impl From<(ColliderId, ColliderId)> for LwPair {
     }
 }
 
-impl From<&(ColliderId, ColliderId)> for LwPair {
-    fn from(pair: &(ColliderId, ColliderId)) -> Self {
-        Self::from(*pair)
-    }
-}
-
 impl Instance {
     fn collider(&self, index: u32) -> Result<ColliderId, Fault> {
         let found = self.model().colliders().nth(index as usize).map(|c| c.0);
@@ -101,6 +95,26 @@ pub unsafe extern "C" fn lw_robot_collides(
                 pair.set((a, b).into());
             }
             Ok(())
+        })
+    }
+}
+
+/// Whether two colliders that meet touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after row), into `out` (`rows`): each answer is that of
+/// `lw_robot_collides`, in less time. Other threads may do the same with clones of the robot.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_collides_all(
+    robot: *mut LwRobot,
+    q: *const f64,
+    n: usize,
+    out: *mut bool,
+    rows: usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let q = numbers("q", q, n, rows.saturating_mul(r.model().nq()))?;
+            let out = numbers_mut("out", out, rows, rows)?;
+            Ok(r.robot.collides_all(q, out)?)
         })
     }
 }
@@ -169,7 +183,7 @@ pub unsafe extern "C" fn lw_robot_distances(
             let q = numbers("q", q, n, r.model().nq())?;
             let out = numbers_mut("out", out, room, room)?;
             r.robot.distances(q, limit, &mut r.near)?;
-            list("pairs", &r.near, out, count)
+            list("pairs", r.near.iter().map(LwClosest::from), out, count)
         })
     }
 }
@@ -192,22 +206,22 @@ pub unsafe extern "C" fn lw_robot_hits(
             let q = numbers("q", q, n, r.model().nq())?;
             let pairs = numbers_mut("pairs", pairs, room, room)?;
             r.robot.hits(q, &mut r.hits)?;
-            list("pairs", &r.hits, pairs, count)
+            list("pairs", r.hits.iter().copied().map(LwPair::from), pairs, count)
         })
     }
 }
 
 /// # Safety
 /// The promises at the head of the crate.
-unsafe fn list<'a, T, U: From<&'a T>>(
+pub(crate) unsafe fn list<T>(
     what: &'static str,
-    from: &'a [T],
-    to: &mut [U],
+    from: impl ExactSizeIterator<Item = T>,
+    to: &mut [T],
     count: Out<usize>,
 ) -> Result<(), Fault> {
     let (wanted, room) = (from.len(), to.len());
     if wanted <= room {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to = from.into());
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
     }
     // SAFETY: the caller's promises; the slices are in use no more.
     unsafe { count.set(wanted) };
@@ -220,17 +234,36 @@ pub unsafe extern "C" fn lw_robot_set_detail(robot: *mut LwRobot, detail: u32) -
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
-            let detail = match detail {
-                LW_DETAIL_FINE => Detail::Fine,
-                LW_DETAIL_COARSE => Detail::Coarse,
-                value => {
-                    let (what, help) = ("detail", "one of LW_DETAIL_..");
-                    return Err(Fault::Choice { what, value, help });
-                }
-            };
-            r.robot.set_detail(detail);
+            r.robot.set_detail(shapes(detail)?);
             Ok(())
         })
+    }
+}
+
+/// As `lw_robot_set_detail`, of one collider.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_set_detail_of(
+    robot: *mut LwRobot,
+    collider: u32,
+    detail: u32,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let id = r.collider(collider)?;
+            Ok(r.robot.set_detail_of(id, shapes(detail)?)?)
+        })
+    }
+}
+
+fn shapes(detail: u32) -> Result<Detail, Fault> {
+    match detail {
+        LW_DETAIL_FINE => Ok(Detail::Fine),
+        LW_DETAIL_COARSE => Ok(Detail::Coarse),
+        value => {
+            let (what, help) = ("detail", "one of LW_DETAIL_..");
+            Err(Fault::Choice { what, value, help })
+        }
     }
 }
 
@@ -265,6 +298,29 @@ pub unsafe extern "C" fn lw_robot_pad(
         alone(robot, LwRobot::parts, |r| {
             let id = r.collider(collider)?;
             Ok(r.robot.pad(id, padding)?)
+        })
+    }
+}
+
+/// As `lw_robot_pad`, of `n` colliders at once: those of a part (`lw_model_part_colliders`) or of an object. All of them, or on a mistake none.
+/// Takes memory for more names than there are colliders.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_robot_pad_all(
+    robot: *mut LwRobot,
+    colliders: *const u32,
+    n: usize,
+    padding: f64,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        alone(robot, LwRobot::parts, |r| {
+            let mut all = std::mem::take(&mut r.padded);
+            all.clear();
+            let given = numbers("colliders", colliders, n, n)?;
+            let found = given.iter().try_for_each(|i| r.collider(*i).map(|id| all.push(id)));
+            let done = found.and_then(|()| Ok(r.robot.pad_all(&all, padding)?));
+            r.padded = all;
+            done
         })
     }
 }

@@ -3,7 +3,7 @@
 use crate::status::{Fault, LwStatus, Message};
 use linkwork_embedded::spatial::nalgebra::Quaternion;
 use linkwork_embedded::spatial::{Motion, Pose, Quat, Vec3};
-use linkwork_embedded::{Part, RobotError, RobotModel};
+use linkwork_embedded::{Object, Part, RobotError, RobotModel};
 use std::ffi::{CStr, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError, TryLockError};
@@ -68,6 +68,11 @@ pub(crate) fn finite(what: &'static str, x: &[f64]) -> Result<(), Fault> {
 /// The part of a model at a place.
 pub(crate) fn part(model: &RobotModel, index: u32) -> Result<Part, Fault> {
     let found = model.parts().nth(index as usize).map(|p| p.0);
+    Ok(found.ok_or(RobotError::ForeignHandle)?)
+}
+
+pub(crate) fn object(model: &RobotModel, index: u32) -> Result<Object, Fault> {
+    let found = model.objects().nth(index as usize).map(|o| o.0);
     Ok(found.ok_or(RobotError::ForeignHandle)?)
 }
 

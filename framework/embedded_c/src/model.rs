@@ -1,8 +1,9 @@
 //! What never changes about a robot, and its names.
 
+use crate::collide::list;
 use crate::edge::{self, Out, numbers_mut, shared, text, write_text};
 use crate::status::{Fault, LwStatus, Message};
-use linkwork_embedded::{Object, RobotError, RobotModel};
+use linkwork_embedded::{ColliderId, Object, RobotError, RobotModel};
 use std::ffi::c_char;
 use std::sync::{Arc, Mutex};
 
@@ -172,8 +173,7 @@ pub unsafe extern "C" fn lw_model_object_sizes(
     unsafe {
         shared(model, LwModel::message, |m| {
             let (nq, nv) = (Out::new("nq", nq)?, Out::new("nv", nv)?);
-            let object = m.model.objects().nth(object as usize).map(|o| o.0);
-            let (q, v) = object_sizes(&m.model, object.ok_or(RobotError::ForeignHandle)?)?;
+            let (q, v) = object_sizes(&m.model, edge::object(&m.model, object)?)?;
             nq.set(q);
             nv.set(v);
             Ok(())
@@ -193,8 +193,7 @@ pub unsafe extern "C" fn lw_model_object_body(
     unsafe {
         shared(model, LwModel::message, |m| {
             let (out, name) = (Out::new("out", out)?, text("name", name)?);
-            let object = m.model.objects().nth(object as usize).map(|o| o.0);
-            let bodies = m.model.object_multibody(object.ok_or(RobotError::ForeignHandle)?);
+            let bodies = m.model.object_multibody(edge::object(&m.model, object)?);
             let all = bodies.map_or(&[][..], |m| m.bodies());
             let names = || all.iter().map(|b| b.name());
             let found = bodies.and_then(|m| m.body(name));
@@ -331,8 +330,7 @@ pub unsafe extern "C" fn lw_model_object_hinge(
         shared(model, LwModel::message, |m| {
             let (in_q, q_count) = (Out::new("in_q", in_q)?, Out::new("q_count", q_count)?);
             let (in_v, v_count) = (Out::new("in_v", in_v)?, Out::new("v_count", v_count)?);
-            let object = m.model.objects().nth(object as usize).map(|o| o.0);
-            let bodies = m.model.object_multibody(object.ok_or(RobotError::ForeignHandle)?);
+            let bodies = m.model.object_multibody(edge::object(&m.model, object)?);
             let all = bodies.map_or(&[][..], |m| m.bodies());
             let (root, b) = (all.first(), all.get(body as usize));
             let (root, b) = root.zip(b).ok_or(RobotError::ForeignHandle)?;
@@ -379,6 +377,58 @@ pub unsafe extern "C" fn lw_model_part_dofs(
             numbers_mut("dofs", dofs, n, all.len())?.copy_from_slice(all);
             Ok(())
         })
+    }
+}
+
+/// The colliders on the bodies of a part, in the order of names, into `out`, and how many there are into `count`. Where they are more than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_part_colliders(
+    model: *const LwModel,
+    part: u32,
+    out: *mut u32,
+    room: usize,
+    count: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let all = m.model.colliders_of_part(edge::part(&m.model, part)?)?;
+            colliders(all, out, room, count)
+        })
+    }
+}
+
+/// As `lw_model_part_colliders`, of an object, those on its bodies among them.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn lw_model_object_colliders(
+    model: *const LwModel,
+    object: u32,
+    out: *mut u32,
+    room: usize,
+    count: *mut usize,
+) -> LwStatus {
+    // SAFETY: the caller's promises.
+    unsafe {
+        shared(model, LwModel::message, |m| {
+            let all = m.model.colliders_of_object(edge::object(&m.model, object)?)?;
+            colliders(all, out, room, count)
+        })
+    }
+}
+
+/// # Safety
+/// The promises at the head of the crate.
+unsafe fn colliders(
+    all: impl Iterator<Item = ColliderId>,
+    out: *mut u32,
+    room: usize,
+    count: *mut usize,
+) -> Result<(), Fault> {
+    let all: Vec<u32> = all.map(|id| id.index() as u32).collect();
+    // SAFETY: the caller's promises.
+    unsafe {
+        let (count, out) = (Out::new("count", count)?, numbers_mut("out", out, room, room)?);
+        list("colliders", all.into_iter(), out, count)
     }
 }
 

@@ -27,6 +27,8 @@ pub(crate) struct Instance {
     /// Pairs of colliders of the last call.
     pub near: Vec<Closest>,
     pub hits: Vec<(ColliderId, ColliderId)>,
+    /// Colliders that the last call named.
+    pub padded: Vec<ColliderId>,
 }
 
 impl Instance {
@@ -37,6 +39,7 @@ impl Instance {
         let model = robot.model();
         let joints = model.objects().filter_map(|o| model.object_multibody(o.0));
         let most = joints.map(|m| m.nv()).max().unwrap_or_default();
+        let colliders = model.colliders().len();
         Self {
             robot,
             pushes: Vec::with_capacity(room),
@@ -47,6 +50,7 @@ impl Instance {
             free: Vec::with_capacity(most),
             near: Vec::new(),
             hits: Vec::new(),
+            padded: Vec::with_capacity(colliders),
         }
     }
 
@@ -59,8 +63,7 @@ impl Instance {
     }
 
     pub fn object(&self, index: u32) -> Result<Object, Fault> {
-        let found = self.model().objects().nth(index as usize).map(|o| o.0);
-        Ok(found.ok_or(RobotError::ForeignHandle)?)
+        edge::object(self.model(), index)
     }
 }
 

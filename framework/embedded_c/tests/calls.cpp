@@ -3,6 +3,7 @@
 //   calls URDF
 #include <linkwork/robot.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <string>
@@ -362,6 +363,20 @@ static void shapes(Case &c) {
   c.robot.allow(palm, post);
   CHECK(!c.robot.looks_at(palm, post));
   c.robot.by_rule(palm, post);
+  Numbers rows = c.q;
+  rows.insert(rows.end(), beside.begin(), beside.end());
+  bool told[2]{true, false};
+  c.robot.collides_all(rows, told);
+  CHECK(!told[0] && told[1]);
+  const auto own = c.model.part_colliders(c.left);
+  CHECK(own.size() > 1 && c.model.object_colliders(c.beam).size() > 0);
+  const double apart = c.robot.distance(c.q, palm, post)->distance;
+  c.robot.pad_all(own, 0.004);
+  CHECK(std::abs(apart - 0.004 - c.robot.distance(c.q, palm, post)->distance) < 1e-9);
+  c.robot.pad_all(own, 0);
+  c.robot.set_detail_of(palm, LW_DETAIL_COARSE);
+  CHECK(apart != c.robot.distance(c.q, palm, post)->distance);
+  c.robot.set_detail_of(palm, LW_DETAIL_FINE);
   const std::array<std::array<std::uint32_t, 3>, 1> cells{{{1, 2, 3}}};
   c.robot.set_cells(map, cells);
   CHECK(c.robot.cell(map, {1, 2, 3}) && !c.robot.cell(map, {3, 2, 1}) && c.robot.count(map) == 1);

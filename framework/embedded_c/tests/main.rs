@@ -7,6 +7,7 @@ mod c_examples;
 mod c_hands;
 mod c_interface;
 mod c_linkages;
+mod c_many;
 mod c_mechanism;
 mod c_memory;
 mod c_motions;

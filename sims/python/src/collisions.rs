@@ -8,7 +8,9 @@ use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::{Mechanism, choice};
 use linkwork_collision::{ColliderId, Detail, Distance, Occupancy};
-use linkwork_embedded::{ModelSpec, Path, PathProgress, Robot, RobotError, RobotModel, Visibility};
+use linkwork_embedded::{
+    self as embedded, ModelSpec, Path, PathProgress, Robot, RobotError, RobotModel, Visibility,
+};
 use linkwork_multibody::{Builder, ConstraintId};
 use linkwork_runtime::remedy;
 use numpy::PyArray1;
@@ -104,8 +106,40 @@ impl Collisions {
         })
     }
 
+    /// Those that a name means: a collider; all of a part, of an object or of a body.
+    fn meant(&self, name: &str) -> PyResult<Vec<ColliderId>> {
+        let model = &self.model;
+        if let Some(id) = model.collider(name) {
+            return Ok(vec![id]);
+        }
+        if let Some(part) = model.part(name) {
+            return Ok(model.colliders_of_part(part).map_err(refuse)?.collect());
+        }
+        if let Some(object) = model.object(name) {
+            return Ok(model.colliders_of_object(object).map_err(refuse)?.collect());
+        }
+        let on = |id: &ColliderId| model.collider_spec(*id).body == name;
+        let all: Vec<ColliderId> = model.colliders().map(|c| c.0).filter(on).collect();
+        if !all.is_empty() {
+            return Ok(all);
+        }
+        let bodies = model.colliders().map(|c| model.collider_spec(c.0).body.as_str());
+        let parts = model.parts().map(|p| p.1).chain(model.objects().map(|o| o.1));
+        let mut known: Vec<&str> =
+            model.colliders().map(|c| c.1).chain(parts).chain(bodies).collect();
+        known.sort_unstable();
+        known.dedup();
+        let fact = format!("there is no collider, part, object or body with colliders `{name}`");
+        Err(refuse_with(fact, remedy(name, "names", &known)))
+    }
+
     pub(crate) fn names(&self, (a, b): (ColliderId, ColliderId)) -> Pair {
         (self.model.collider_name(a).to_owned(), self.model.collider_name(b).to_owned())
+    }
+
+    fn set_visibility(&self, name: &str, visibility: Visibility) -> PyResult<()> {
+        let ids = self.meant(name)?;
+        self.ask(|r| ids.into_iter().try_for_each(|id| r.show(id, visibility)))
     }
 
     pub(crate) fn ask<R>(
@@ -127,38 +161,6 @@ impl Collisions {
 enum Problem {
     Open(usize, Opened),
     Refused(RobotError),
-}
-
-/// Whether anything touches at rows of `values` from one on, in threads.
-fn spread(
-    first: &Robot,
-    (values, nq): (&[f64], usize),
-    from: usize,
-    out: &mut [bool],
-    threads: usize,
-) -> Result<(), RobotError> {
-    let rows = out.len().div_ceil(threads).max(1);
-    let work = |mut robot: Robot, from: usize, out: &mut [bool]| {
-        for (k, out) in out.iter_mut().enumerate() {
-            let at = (from + k) * nq;
-            *out = robot.collides(&values[at..at + nq])?;
-        }
-        Ok::<(), RobotError>(())
-    };
-    if threads == 1 {
-        return work(first.clone(), from, out);
-    }
-    std::thread::scope(|scope| {
-        let pieces = out.chunks_mut(rows).enumerate().map(|(k, out)| {
-            let (robot, work) = (first.clone(), &work);
-            scope.spawn(move || work(robot, from + k * rows, out))
-        });
-        let threads: Vec<_> = pieces.collect();
-        let join = |t: std::thread::ScopedJoinHandle<'_, _>| {
-            t.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        };
-        threads.into_iter().try_for_each(join)
-    })
 }
 
 /// The constraint that is farthest from closed, when that is too far.
@@ -252,16 +254,17 @@ impl Collisions {
         let threads = crate::batch::checked(threads)?.min(n.max(1));
         let mut out = vec![false; n];
         let values = input.slice();
+        let mut robots = vec![lock(&self.robot).clone(); threads];
         for (k, block) in out.chunks_mut(ROWS).enumerate() {
             py.check_signals()?;
             let (from, n) = (k * ROWS, block.len());
-            let first = lock(&self.robot).clone();
             py.detach(|| {
                 for k in from..from + n {
                     let q = &values[k * nq..(k + 1) * nq];
                     closed(&self.core, q).map_err(|e| Problem::Open(k, e))?;
                 }
-                spread(&first, (values, nq), from, block, threads).map_err(Problem::Refused)
+                let q = &values[from * nq..(from + n) * nq];
+                embedded::collides_all(&mut robots, q, block).map_err(Problem::Refused)
             })
             .map_err(|e| match e {
                 Problem::Open(k, e) => open(&self.core, &format!("row {k} of `q`"), e),
@@ -357,21 +360,26 @@ impl Collisions {
         out.iter().map(told).collect()
     }
 
-    /// Which shapes all questions are about from now on: "fine", as at first, or "coarse", those of `Collider.with_coarse`; where a collider has none, its fine shape.
-    /// Raises LinkworkError for another word.
+    /// Which shapes questions are about from now on: "fine", as at first, or "coarse", those of `Collider.with_coarse`; where a collider has none, its fine shape.
+    /// of: a name as in `pad`; None: all colliders. Raises LinkworkError for another word and for a name that is not there.
     ///
     /// >>> rough = rod.with_coarse(linkwork.Collider.sphere("rough", "arm", 0.6, at=[0.5, 0, 0, 0, 0.5**0.5, 0, 0.5**0.5]))
     /// >>> both = linkwork.Collisions(arm, [rough, linkwork.Collider.sphere("stone", "world", 0.1, at=[0.5, 0.5, 0])], neighbours="collide")
-    /// >>> both.set_detail("coarse")
+    /// >>> both.set_detail("coarse", of="rod")
     /// >>> coarse = both.collides([0.0])
     /// >>> both.set_detail("fine")
     /// >>> coarse, both.collides([0.0])
     /// (True, False)
-    fn set_detail(&self, detail: &str) -> PyResult<()> {
+    #[pyo3(signature = (detail, *, of=None))]
+    fn set_detail(&self, detail: &str, of: Option<&str>) -> PyResult<()> {
         let known = [("fine", Detail::Fine), ("coarse", Detail::Coarse)];
         let detail = choice("detail", detail, &known)?;
-        lock(&self.robot).set_detail(detail);
-        Ok(())
+        let Some(name) = of else {
+            lock(&self.robot).set_detail(detail);
+            return Ok(());
+        };
+        let ids = self.meant(name)?;
+        self.ask(|r| ids.into_iter().try_for_each(|id| r.set_detail_of(id, detail)))
     }
 
     /// Whether the way from one configuration (nq,) to another is free, all coordinates moving in proportion: ("free", None, None), proven from end to end;
@@ -413,39 +421,38 @@ impl Collisions {
         })
     }
 
-    /// Thickness around a collider from now on, m.
-    /// Raises LinkworkError for a name that is not there and for padding that is negative or not finite.
+    /// Thickness around colliders from now on, m. name: a collider; else a part or an object of a `Robot`, or a body, and all colliders of it.
+    /// Raises LinkworkError for a name that is not there, for padding that is negative or not finite, and for so much that two would touch at every configuration; then nothing has changed.
     ///
     /// >>> robot.pad("rod", 0.01)
-    fn pad(&self, collider: &str, padding: f64) -> PyResult<()> {
-        let id = self.id(collider)?;
-        self.ask(|r| r.pad(id, padding))
+    /// >>> robot.pad("arm", 0)
+    fn pad(&self, name: &str, padding: f64) -> PyResult<()> {
+        let ids = self.meant(name)?;
+        self.ask(|r| r.pad_all(&ids, padding))
     }
 
-    /// A collider is left out from now on; `show` takes it in again.
+    /// Colliders are left out from now on; `show` takes them in again. name: as in `pad`.
     /// Raises LinkworkError for a name that is not there.
     ///
     /// >>> robot.hide("seen")
     /// >>> robot.collides([1.6])
     /// False
-    fn hide(&self, collider: &str) -> PyResult<()> {
-        let id = self.id(collider)?;
-        self.ask(|r| r.show(id, Visibility::Hidden))
+    fn hide(&self, name: &str) -> PyResult<()> {
+        self.set_visibility(name, Visibility::Hidden)
     }
 
-    /// A collider takes part from now on.
+    /// Colliders take part from now on. name: as in `pad`.
     /// Raises LinkworkError for a name that is not there.
     ///
     /// >>> robot.hide("seen")
     /// >>> robot.show("seen")
     /// >>> robot.collides([1.6])
     /// True
-    fn show(&self, collider: &str) -> PyResult<()> {
-        let id = self.id(collider)?;
-        self.ask(|r| r.show(id, Visibility::Shown))
+    fn show(&self, name: &str) -> PyResult<()> {
+        self.set_visibility(name, Visibility::Shown)
     }
 
-    /// A pair is looked at from now on (True), may touch (False), or is left to the rules again (None).
+    /// A pair is looked at from now on (True), may touch (False), or is left to the rules again (None). a, b: names as in `pad`; of several colliders each with each.
     /// Raises LinkworkError for names that are not there.
     ///
     /// >>> robot.look_at("rod", "seen", False)
@@ -453,8 +460,9 @@ impl Collisions {
     /// False
     #[pyo3(signature = (a, b, look))]
     fn look_at(&self, a: &str, b: &str, look: Option<bool>) -> PyResult<()> {
-        let (a, b) = (self.id(a)?, self.id(b)?);
-        self.ask(|r| r.look_at(a, b, look))
+        let (a, b) = (self.meant(a)?, self.meant(b)?);
+        let pairs = a.iter().flat_map(|a| b.iter().map(move |b| (*a, *b))).filter(|(a, b)| a != b);
+        self.ask(|r| pairs.into_iter().try_for_each(|(a, b)| r.look_at(a, b, look)))
     }
 
     /// Whether a pair is looked at now when both are shown.

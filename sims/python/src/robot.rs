@@ -257,6 +257,17 @@ impl Robot {
         out_pose(slf.py(), &own.ask(|r| r.base_pose(part))?)
     }
 
+    /// Where a body is at the robot's q: (4, 4), m, in the world. Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> robot.q = [0, 0, 0]
+    /// >>> robot.body_pose("lower")[:3, 3].tolist()
+    /// [0.4, 0.0, 0.0]
+    fn body_pose<'py>(slf: &Bound<'py, Self>, body: &str) -> PyResult<Array2<'py>> {
+        let own = base(slf);
+        let body = own.body(body)?;
+        out_pose(slf.py(), &own.ask(|r| Ok(r.body_pose(body)))?)
+    }
+
     /// The Jacobian (6, n) of a chain at the robot's q, over its own degrees of freedom (`dofs`): [ω; v] of its tip against its base, rad/s and m/s, world
     /// axes. whole: over all degrees of freedom of the robot (6, nv), what carries the chain among them: [ω; v] of its tip in the world. Raises LinkworkError for
     /// a part that is no chain.

@@ -648,6 +648,47 @@ def test_distances_of_all_pairs_and_coarse_shapes():
         robot.distances(q, limit=np.nan)
 
 
+def test_parts_objects_and_bodies_stand_for_their_colliders():
+    at = lambda x: [x, 0, 0]
+    rods = [lw.Collider.sphere(f"ball {link}", link, 0.05, at=at(0.2)) for link in ("upper", "lower", "hand")]
+    rough = rods[2].with_coarse(lw.Collider.sphere("rough", "hand", 0.3, at=at(0.2)))
+    cup = lw.Collider.sphere("cup shape", "cup", 0.05)
+    post = lw.Collider.sphere("post", "world", 0.05, at=[1.0, 0, 0.2])
+    robot = three(colliders=[*rods[:2], rough, cup, post], objects={"cup": (0.3, [0, 0, 0], np.eye(3) / 1000)})
+    robot.put("cup", [9, 9, 9])
+    q = np.zeros(3)
+    gap = lambda name: robot.distance(q, name, "post")[0]
+    names = ["ball upper", "ball lower", "ball hand", "cup shape"]
+    before = [gap(n) for n in names]
+    robot.pad("arm", 0.01)
+    assert np.allclose([b - gap(n) for b, n in zip(before, names)], [0.01, 0.01, 0.01, 0])
+    robot.pad("lower", 0.02)
+    robot.pad("cup", 0.03)
+    assert np.allclose([b - gap(n) for b, n in zip(before, names)], [0.01, 0.02, 0.01, 0.03])
+    robot.pad("ball upper", 0.0)
+    assert gap("ball upper") == before[0]
+    robot.pad("arm", 0.0)
+    # The hand's coarse shape reaches the post; the others have none.
+    assert not robot.collides(q)
+    robot.set_detail("coarse", of="arm")
+    assert robot.hits(q) == [("ball hand", "post")]
+    robot.look_at("arm", "post", False)
+    assert not robot.collides(q)
+    robot.look_at("arm", "post", None)
+    robot.hide("arm")
+    assert robot.hits(q) == []
+    robot.show("hand")
+    assert robot.hits(q) == [("ball hand", "post")]
+    assert robot.body_pose("hand")[:3, 3].tolist() == pytest.approx([0.8, 0, 0])
+    many = np.linspace(-1, 1, 30).reshape(10, 3)
+    assert robot.collides(many, threads=3).tolist() == [robot.collides(row) for row in many]
+    for call in (lambda: robot.pad("harm", 0.1), lambda: robot.hide("harm"), lambda: robot.look_at("arm", "pots", False), lambda: robot.set_detail("fine", of="harm")):
+        with pytest.raises(lw.LinkworkError, match="there is no .*`(harm|pots)`(.|\n)*`(arm|post)`"):
+            call()
+    with pytest.raises(lw.LinkworkError, match="hando"):
+        robot.body_pose("hando")
+
+
 def test_a_battery_goes_with_its_driver():
     block = dict(mass=0.4, com=[0, 0, 0], inertia=np.eye(3) / 1000)
     arm = lw.Builder().body("a", "world", lw.Hinge.pin([0, 1, 0]), mass=1, com=[0.2, 0, 0], inertia=np.eye(3) / 100)

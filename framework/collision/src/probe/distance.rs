@@ -72,7 +72,7 @@ impl Probe {
         j: usize,
         limit: f64,
     ) -> Option<Distance> {
-        let of = |k: usize| solid(&self.live, colliders, k, self.detail);
+        let of = |k: usize| solid(&self.live, colliders, k, self.detail[k]);
         let (a, b) = (of(i)?, of(j)?);
         let thick = [self.thick(i), self.thick(j)];
         let places = (&self.places[i], &self.places[j]);

@@ -40,7 +40,8 @@ impl Whereabouts {
 /// Settings and memory of questions to one [`Colliders`]. After [`Probe::new`] no question allocates anything, the caller's lists apart.
 /// Memory: 8 bytes for each triangle of the largest mesh or height field, and 0.5 MB where there are cylinders or hulls of many edges.
 pub struct Probe {
-    detail: Detail,
+    /// Which shape of each.
+    detail: Vec<Detail>,
     padding: Vec<f64>,
     hidden: Vec<bool>,
     /// Row after row, both halves.
@@ -100,7 +101,7 @@ impl Probe {
             Some(Box::new(Solid::around(Kind::Pieces(p.clone()))))
         };
         let mut probe = Self {
-            detail: Detail::Fine,
+            detail: vec![Detail::Fine; n],
             padding: colliders.items.iter().map(|i| i.padding).collect(),
             hidden: colliders
                 .ids()
@@ -128,7 +129,7 @@ impl Probe {
     #[must_use]
     pub fn fork(&self, colliders: &Colliders) -> Self {
         let mut new = Self::new(colliders);
-        new.detail = self.detail;
+        new.detail.copy_from_slice(&self.detail);
         new.padding.copy_from_slice(&self.padding);
         new.hidden.copy_from_slice(&self.hidden);
         new.meets.copy_from_slice(&self.meets);
@@ -155,9 +156,10 @@ impl Probe {
         self.balls[id.index()].iter().map(far).fold(0.0, f64::max)
     }
 
-    /// Fine or coarse shapes from now on.
-    pub fn set_detail(&mut self, detail: Detail) {
-        self.detail = detail;
+    /// The fine or the coarse shape of a collider from now on; where it has no coarse one, its fine shape.
+    #[track_caller]
+    pub fn set_detail(&mut self, id: ColliderId, detail: Detail) {
+        self.detail[id.index()] = detail;
     }
 
     /// Thickness around a shape, m, instead of what its specification says. Panics when it is negative or not finite.
@@ -222,11 +224,11 @@ impl Probe {
         colliders: &Colliders,
         frames: impl Fn(Option<BodyId>) -> (Mat3, Vec3),
     ) {
-        let which = usize::from(self.detail == Detail::Coarse);
         for (i, item) in colliders.items.iter().enumerate() {
             let (own, at) = &self.frames[i];
             let (R, p) = frames(item.body);
             let (R, p) = (R * own, R * at + p);
+            let which = usize::from(self.detail[i] == Detail::Coarse);
             let (centre, radius) = self.balls[i][which];
             let finite = R.iter().chain(p.iter()).all(|x| x.is_finite());
             let radius = if finite { radius } else { Whereabouts::NONE };
@@ -340,7 +342,7 @@ impl Probe {
 
     /// Whether two colliders touch.
     fn touch(&mut self, colliders: &Colliders, i: usize, j: usize) -> bool {
-        let of = |k: usize| solid(&self.live, colliders, k, self.detail);
+        let of = |k: usize| solid(&self.live, colliders, k, self.detail[k]);
         let (Some(a), Some(b)) = (of(i), of(j)) else { return false };
         let (pa, pb) = (&self.places[i], &self.places[j]);
         let thick = self.thick(i) + self.thick(j);

@@ -28,6 +28,7 @@
 //!
 //! A minimum that is not zero may be a local one: *unreachable* says that no start led there.
 
+mod beyond;
 mod closure;
 mod improve;
 mod rates;

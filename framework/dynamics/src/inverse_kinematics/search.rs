@@ -6,7 +6,7 @@
 //!           └ slow: the next start … the last one: the best of all, to its end ─ met, or nearest
 //! ```
 //! A start is left when its steps hardly gain: most of the minima that are not zero are told by that, and
-//! another start costs less than to follow them.
+//! another start costs less than to follow them. Where lengths of links prove that a target is out of reach (`beyond.rs`), a quarter of the starts is left.
 //!
 //! Closures are rows beside those of targets. Where not all can be met, closures come first: the least error of targets with d = 0 of closures
 //! is sought from the best of all by multipliers, then by closures alone, whose step is the least that closes them.
@@ -17,6 +17,7 @@
 //!                                                                                         └ none: open, the least open of all
 //! ```
 
+use super::beyond::beyond;
 use super::closure::{Asked, WEIGHT};
 use super::{
     Effort, Found, Goal, InverseKinematics, InverseKinematicsError, Place, Residual, Target,
@@ -32,6 +33,8 @@ const SLOW: f64 = 0.25;
 const SLOW_STEPS: usize = 2;
 /// So many steps refused one after another end a start: damping has grown by 2^300 then.
 const REFUSALS: usize = 24;
+/// Where a target is proven to be out of reach, the nearest is sought from this part of the starts: more of them hardly find a nearer one.
+const BEYOND: usize = 4;
 /// Rounds of multipliers, at most.
 const ROUNDS: usize = 40;
 /// Rounds end when closures are as near to closed, m or rad: what is left is closed alone, and moves the nearest configuration by as little.
@@ -90,6 +93,8 @@ pub(super) struct Search {
     least: f64,
     /// J is that of the present q.
     linear: bool,
+    /// A target was proven to be out of reach.
+    beyond: bool,
 }
 
 impl Search {
@@ -109,6 +114,7 @@ impl Search {
         cost: f64::INFINITY,
         least: f64::INFINITY,
         linear: false,
+        beyond: false,
     };
 
     fn found(&self) -> Found {
@@ -389,8 +395,12 @@ impl InverseKinematics {
         match self.search.stage {
             Stage::Step => {
                 self.keep_better();
+                if self.search.restart == 0 {
+                    self.search.beyond = self.is_beyond(tree);
+                }
                 let s = &mut self.search;
-                if s.restart < self.effort.restarts {
+                let portion = if s.beyond { BEYOND } else { 1 };
+                if s.restart < self.effort.restarts / portion {
                     (s.restart, s.stage) = (s.restart + 1, Stage::Start);
                 } else {
                     s.restart = s.best_restart;
@@ -445,6 +455,15 @@ impl InverseKinematics {
             }
             Stage::Start | Stage::CloseStart | Stage::Met | Stage::Nearest | Stage::Open => {}
         }
+    }
+
+    /// Whether lengths prove that one of the targets is out of reach.
+    fn is_beyond(&self, tree: &Tree) -> bool {
+        let margin = self.effort.position_tolerance;
+        self.targets.iter().any(|t| match (t.goal.position, t.goal.place, t.relative_to) {
+            (Some(p), Place::Point, None) => beyond(tree, t.node, &p, margin),
+            _ => false,
+        })
     }
 
     /// Keeps `now` where it is the best so far.

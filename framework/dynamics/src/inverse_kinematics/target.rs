@@ -289,13 +289,14 @@ pub struct Effort {
     pub orientation_tolerance: f64,
     /// Steps from one start.
     pub iterations: usize,
-    /// Starts elsewhere (the same ones each time) when the given start does not lead there.
+    /// Starts elsewhere (the same ones each time) when the given start does not lead there; a quarter of them for the nearest to a position in the world that is
+    /// out of reach by the lengths of links.
     pub restarts: usize,
 }
 
 impl Default for Effort {
-    /// 1e-9 m, 1e-9 rad, 100 steps, 64 other starts: a target that cannot be reached costs some 1500
-    /// steps in all.
+    /// 1e-9 m, 1e-9 rad, 100 steps, 64 other starts: a target that cannot be reached costs some 700 evaluations of
+    /// the kinematics in all, and 200 where that is known from lengths.
     fn default() -> Self {
         let tolerance = 1e-9;
         Self {

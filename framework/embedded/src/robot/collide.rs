@@ -9,6 +9,7 @@
 //! ```
 //! So nothing is jumped over, however thin.
 
+use super::many::Block;
 use super::{Hold, Mount, Robot, numbers};
 use crate::collision::{Carrier, Scene, matrix};
 use crate::error::RobotError;
@@ -24,7 +25,7 @@ use linkwork_spatial::{Motion, Pose};
 #[derive(Debug)]
 pub(super) struct Memory {
     pub probe: Probe,
-    ws: Workspace,
+    pub ws: Workspace,
     /// Where objects are in the world at the configuration asked for.
     objects: Vec<Pose>,
     /// Bodies of objects with joints.
@@ -34,6 +35,7 @@ pub(super) struct Memory {
     q: Vec<f64>,
     dv: Vec<f64>,
     step: Vec<f64>,
+    pub block: Block,
 }
 
 impl Memory {
@@ -50,6 +52,7 @@ impl Memory {
             q: vec![0.0; model.nq()],
             dv: vec![0.0; model.nv()],
             step: vec![0.0; model.nv()],
+            block: Block::new(&model.tree),
         }
     }
 
@@ -109,7 +112,14 @@ impl Robot {
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].
     pub fn first_hit(&mut self, q: &[f64]) -> Result<Option<(ColliderId, ColliderId)>, RobotError> {
-        self.place(q)?;
+        numbers("q", q, self.q.len())?;
+        poses(&self.tree, &mut self.collide.ws, q);
+        self.hit_as_posed()
+    }
+
+    /// As [`first_hit`](Self::first_hit) where the memory's poses are.
+    pub(super) fn hit_as_posed(&mut self) -> Result<Option<(ColliderId, ColliderId)>, RobotError> {
+        self.place_as_posed()?;
         Ok(self.collide.probe.first_hit(&self.model.scene.colliders))
     }
 
@@ -320,10 +330,18 @@ impl Robot {
     /// Thickness around a collider from now on, m. O(colliders).
     ///
     /// # Errors
+    /// As [`pad_all`](Self::pad_all).
+    pub fn pad(&mut self, id: ColliderId, padding: f64) -> Result<(), RobotError> {
+        self.pad_all(&[id], padding)
+    }
+
+    /// Thickness around each of several colliders from now on, m: those of a part ([`RobotModel::colliders_of_part`]) or of an object. O(n · colliders).
+    ///
+    /// # Errors
     /// [`RobotError::ForeignHandle`]; [`RobotError::OutOfRange`] when it is negative or not finite; [`RobotError::NeverFree`] when with it two colliders of
     /// robot and world that are looked at would touch at every configuration, as lengths of links and travels of sliders say. Then nothing has changed.
-    pub fn pad(&mut self, id: ColliderId, padding: f64) -> Result<(), RobotError> {
-        self.known(id)?;
+    pub fn pad_all(&mut self, ids: &[ColliderId], padding: f64) -> Result<(), RobotError> {
+        ids.iter().try_for_each(|id| self.known(*id))?;
         if !(padding >= 0.0 && padding.is_finite()) {
             let help = "padding is not negative";
             return Err(RobotError::OutOfRange { what: "padding", value: padding, help });
@@ -331,15 +349,18 @@ impl Robot {
         let scene = &self.model.scene;
         let probe = &self.collide.probe;
         let own = |i: ColliderId| probe.extent(&scene.colliders, i) - probe.padding(i);
-        for other in scene.colliders.ids().filter(|o| *o != id && probe.meet(id, *o)) {
-            let all = padding + probe.padding(other);
-            let most = scene.apart(id, other, [own(id), own(other)]);
-            if all >= most {
-                let (a, b) = (id.index(), other.index());
-                return Err(RobotError::NeverFree { a, b, padding: all, most });
+        for id in ids.iter().copied() {
+            for other in scene.colliders.ids().filter(|o| *o != id && probe.meet(id, *o)) {
+                let too = if ids.contains(&other) { padding } else { probe.padding(other) };
+                let all = padding + too;
+                let most = scene.apart(id, other, [own(id), own(other)]);
+                if all >= most {
+                    let (a, b) = (id.index(), other.index());
+                    return Err(RobotError::NeverFree { a, b, padding: all, most });
+                }
             }
         }
-        self.collide.probe.set_padding(id, padding);
+        ids.iter().for_each(|id| self.collide.probe.set_padding(*id, padding));
         Ok(())
     }
 
@@ -353,9 +374,21 @@ impl Robot {
         Ok(())
     }
 
-    /// Fine or coarse shapes from now on.
+    /// Fine or coarse shapes of all colliders from now on; where one has no coarse shape, its fine one.
     pub fn set_detail(&mut self, detail: Detail) {
-        self.collide.probe.set_detail(detail);
+        for id in self.model.scene.colliders.ids() {
+            self.collide.probe.set_detail(id, detail);
+        }
+    }
+
+    /// The fine or the coarse shape of one collider from now on; where it has no coarse one, its fine shape.
+    ///
+    /// # Errors
+    /// [`RobotError::ForeignHandle`].
+    pub fn set_detail_of(&mut self, id: ColliderId, detail: Detail) -> Result<(), RobotError> {
+        self.known(id)?;
+        self.collide.probe.set_detail(id, detail);
+        Ok(())
     }
 
     /// Says whether a pair is looked at from now on, whatever the rules and hands say; `None` leaves it to them again. Held objects that may touch something
@@ -452,8 +485,13 @@ impl Robot {
     /// Puts all colliders where they are at q.
     fn place(&mut self, q: &[f64]) -> Result<(), RobotError> {
         numbers("q", q, self.q.len())?;
+        poses(&self.tree, &mut self.collide.ws, q);
+        self.place_as_posed()
+    }
+
+    /// Puts all colliders where the memory's poses say.
+    fn place_as_posed(&mut self) -> Result<(), RobotError> {
         let Memory { probe, ws, objects, linkages, .. } = &mut self.collide;
-        poses(&self.tree, ws, q);
         let trees = &self.model.linkages;
         for i in self.order.iter().map(|i| *i as usize) {
             objects[i] = match (self.holds[i], self.mounts[i]) {

@@ -312,6 +312,14 @@ class Model {
     return out;
   }
 
+  // Those on the bodies of a part; those of an object.
+  std::vector<std::uint32_t> part_colliders(std::uint32_t part) const {
+    return colliders(lw_model_part_colliders, part);
+  }
+  std::vector<std::uint32_t> object_colliders(std::uint32_t object) const {
+    return colliders(lw_model_object_colliders, object);
+  }
+
   // Lower and upper limits of all degrees of freedom.
   std::pair<std::vector<double>, std::vector<double>> limits() const {
     std::pair<std::vector<double>, std::vector<double>> out{nv(), nv()};
@@ -326,6 +334,16 @@ class Model {
   std::pair<std::size_t, std::size_t> sizes() const {
     std::pair<std::size_t, std::size_t> out;
     check(lw_model_sizes(get(), &out.first, &out.second));
+    return out;
+  }
+
+  template <class Call>
+  std::vector<std::uint32_t> colliders(Call call, std::uint32_t of) const {
+    std::size_t count = 0;
+    const LwStatus status = call(get(), of, nullptr, 0, &count);
+    if (status != LW_STATUS_NO_ROOM) check(status);
+    std::vector<std::uint32_t> out(count);
+    check(call(get(), of, out.data(), out.size(), &count));
     return out;
   }
 
@@ -687,7 +705,14 @@ class Robot {
     check(lw_robot_path_free_on(get(), pieces, &out));
     return out;
   }
+  // `q`: rows of nq numbers; `out`: one for each row.
+  void collides_all(Span<const double> q, Span<bool> out) {
+    check(lw_robot_collides_all(get(), q.data(), q.size(), out.data(), out.size()));
+  }
   void set_detail(std::uint32_t detail) { check(lw_robot_set_detail(get(), detail)); }
+  void set_detail_of(std::uint32_t collider, std::uint32_t detail) {
+    check(lw_robot_set_detail_of(get(), collider, detail));
+  }
   bool looks_at(std::uint32_t a, std::uint32_t b) {
     bool out = false;
     check(lw_robot_looks_at(get(), a, b, &out));
@@ -723,6 +748,9 @@ class Robot {
     check(lw_robot_set_object_q(get(), object, q.data(), q.size()));
   }
   void pad(std::uint32_t collider, double padding) { check(lw_robot_pad(get(), collider, padding)); }
+  void pad_all(Span<const std::uint32_t> colliders, double padding) {
+    check(lw_robot_pad_all(get(), colliders.data(), colliders.size(), padding));
+  }
   void hide(std::uint32_t collider) { check(lw_robot_hide(get(), collider)); }
   void show(std::uint32_t collider) { check(lw_robot_show(get(), collider)); }
   /// Each x, y, z, radius.

@@ -1,0 +1,255 @@
+//! Targets that no configuration reaches, known without a search: a node stays within a round region that follows from the lengths of the links.
+//!
+//! ```text
+//! the region: within a ball about c of radius ρ, and within a cylinder. From the node inward, each hinge with whatever limits:
+//! pin       ball: about the foot of c on the pin's axis, radius |c⊥| + ρ, or about the point of the cylinder's axis that is nearest to it, whichever is smaller
+//!           cylinder about the pin's axis: radius |c⊥| + ρ, heights c∥ ± ρ; of a parallel one its own, moved by where its axis is
+//! slider    as much longer as it travels
+//! ball      the ball about the hinge
+//! free      everywhere
+//! ```
+
+use crate::tree::Tree;
+use linkwork_multibody::{BodyId, Multibody, NodeId, SubhingeKind};
+use linkwork_spatial::{Pose, Vec3};
+
+/// Directions closer than this are parallel.
+const PARALLEL: f64 = 1e-12;
+
+/// About the line through `at` along `axis`, heights from `at`.
+#[derive(Clone, Copy, Debug)]
+struct Cylinder {
+    at: Vec3,
+    axis: Vec3,
+    radius: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Cylinder {
+    /// A ball around it, about the point of its axis that is nearest to the line through the origin along `b`, which is not parallel.
+    fn ball(&self, b: &Vec3) -> (Vec3, f64) {
+        let across = |v: &Vec3| v - b * b.dot(v);
+        let (p, d) = (across(&self.at), across(&self.axis));
+        let h = -p.dot(&d) / d.norm_squared();
+        let farthest = (self.high - h).abs().max((h - self.low).abs());
+        (self.at + self.axis * h, self.radius.hypot(farthest))
+    }
+}
+
+/// Where a point may be, in one frame: within both.
+#[derive(Clone, Copy, Debug)]
+struct Region {
+    ball: (Vec3, f64),
+    cylinder: Option<Cylinder>,
+}
+
+impl Region {
+    /// The same seen from the frame in which this one is at X.
+    fn seen_from(mut self, X: &Pose) -> Self {
+        self.ball.0 = X.transform_point(&self.ball.0);
+        if let Some(c) = &mut self.cylinder {
+            (c.at, c.axis) = (X.transform_point(&c.at), X.rotation * c.axis);
+        }
+        self
+    }
+
+    /// After a turn by any angle about the line through the origin along `b`.
+    fn turned(self, b: &Vec3) -> Self {
+        let swept = |(c, radius): (Vec3, f64)| {
+            let up = b.dot(&c);
+            (b * up, radius + (c - b * up).norm())
+        };
+        let (own, radius) = self.ball;
+        let up = b.dot(&own);
+        let mut ball = swept(self.ball);
+        let mut turned = Cylinder {
+            at: Vec3::zeros(),
+            axis: *b,
+            radius: ball.1,
+            low: up - radius,
+            high: up + radius,
+        };
+        if let Some(c) = self.cylinder {
+            if c.axis.cross(b).norm() < PARALLEL {
+                let (up, sign) = (b.dot(&c.at), c.axis.dot(b).signum());
+                let ends = [up + sign * c.low, up + sign * c.high];
+                turned.radius = turned.radius.min(c.radius + (c.at - b * up).norm());
+                turned.low = turned.low.max(ends[0].min(ends[1]));
+                turned.high = turned.high.min(ends[0].max(ends[1]));
+            } else {
+                let other = swept(c.ball(b));
+                if other.1 < ball.1 {
+                    ball = other;
+                }
+                turned.radius = turned.radius.min(other.1);
+            }
+        }
+        Self { ball, cylinder: Some(turned) }
+    }
+
+    /// After a shift along `u` by a number between two, m.
+    fn shifted(self, u: &Vec3, (lower, upper): (f64, f64)) -> Self {
+        let (lower, upper) = (lower.min(upper), lower.max(upper));
+        let (c, radius) = self.ball;
+        let ball = (c + u * (0.5 * (lower + upper)), radius + 0.5 * (upper - lower));
+        let along = |c: &Cylinder| c.axis.cross(u).norm() < PARALLEL;
+        let cylinder = self.cylinder.filter(along).map(|c| {
+            let sign = c.axis.dot(u).signum();
+            let (a, b) = (sign * lower, sign * upper);
+            Cylinder { low: c.low + a.min(b), high: c.high + a.max(b), ..c }
+        });
+        Self { ball, cylinder }
+    }
+
+    /// Whether a point is outside by more than `margin`, m.
+    fn lacks(&self, p: &Vec3, margin: f64) -> bool {
+        let (centre, radius) = self.ball;
+        let outside = |c: &Cylinder| {
+            let r = p - c.at;
+            let h = c.axis.dot(&r);
+            let beside = (r - c.axis * h).norm() - c.radius;
+            beside > margin || c.low - h > margin || h - c.high > margin
+        };
+        (p - centre).norm() > radius + margin || self.cylinder.as_ref().is_some_and(outside)
+    }
+}
+
+/// The region in the world in which a node is at any configuration; `None` where it may be anywhere.
+fn region(mbs: &Multibody, node: NodeId) -> Option<Region> {
+    let node = &mbs.nodes()[node.index()];
+    let mut region = Region { ball: (node.pose().position, 0.0), cylinder: None };
+    let mut next: Option<BodyId> = Some(node.body());
+    while let Some(id) = next {
+        let body = mbs.get(id);
+        if body.modes().is_some() {
+            return None;
+        }
+        region = region.seen_from(&body.hinge_in_body().inverse());
+        for s in body.subhinges().iter().rev() {
+            let l = s.subhinge.limits;
+            let travel = |factor: f64| {
+                let ends = (factor * l.lower, factor * l.upper);
+                (ends.0.is_finite() && ends.1.is_finite()).then_some(ends)
+            };
+            region = match &s.subhinge.kind {
+                SubhingeKind::Locked => region,
+                SubhingeKind::Pin { axis } => region.turned(&axis.normalize()),
+                SubhingeKind::Slider { axis } => region.shifted(&axis.normalize(), travel(1.0)?),
+                SubhingeKind::Screw { axis, pitch } => {
+                    let axis = axis.normalize();
+                    region.turned(&axis).shifted(&axis, travel(*pitch)?)
+                }
+                SubhingeKind::Ball => {
+                    let (c, radius) = region.ball;
+                    Region { ball: (Vec3::zeros(), radius + c.norm()), cylinder: None }
+                }
+                SubhingeKind::Free => return None,
+            };
+        }
+        region = region.seen_from(&body.hinge_in_parent());
+        next = body.parent();
+    }
+    Some(region)
+}
+
+/// Whether a node is farther than `margin` (m) from a point of the world at every configuration within the limits of sliders: proven by lengths. False says
+/// nothing.
+pub(super) fn beyond(tree: &Tree, node: NodeId, point: &Vec3, margin: f64) -> bool {
+    // What is nearly parallel was taken for parallel, and lengths are rounded.
+    let margin = margin + 1e-9 * (1.0 + point.norm());
+    region(tree.multibody(), node).is_some_and(|r| r.lacks(point, margin))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linkwork_multibody::{BodySpec, Builder, Hinge, Limits};
+    use linkwork_spatial::Quat;
+
+    /// Numbers from −1 to 1.
+    struct Draw(u64);
+
+    impl Draw {
+        fn next(&mut self) -> f64 {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+        fn vector(&mut self) -> Vec3 {
+            Vec3::from_fn(|_, _| self.next())
+        }
+        fn pose(&mut self) -> Pose {
+            Pose::new(Quat::from_scaled_axis(self.vector() * 3.0), self.vector())
+        }
+    }
+
+    fn chain(hinges: Vec<(Hinge, Pose)>, tip: Pose) -> Tree {
+        let mut b = Builder::new();
+        let mut parent = "world".to_owned();
+        for (k, (hinge, at)) in hinges.into_iter().enumerate() {
+            let name = format!("link {k}");
+            b.body(BodySpec::new(&name, &parent).hinge(hinge).hinge_in_parent(at));
+            parent = name;
+        }
+        b.node("tip", &parent, tip);
+        Tree::new(&b.build().unwrap())
+    }
+
+    fn tip(tree: &Tree) -> NodeId {
+        tree.multibody().node("tip").unwrap()
+    }
+
+    /// The tip is never where it is said that it cannot be, whatever the hinges; and a good part of what it cannot reach is known.
+    #[test]
+    fn no_place_that_is_reached_is_said_to_be_beyond() {
+        let mut draw = Draw(7);
+        let (mut known, mut far) = (0, 0);
+        for case in 0..300 {
+            let limits = Limits::position(-0.4, 0.9);
+            let hinges = (0..1 + case % 6).map(|_| {
+                // Some axes are parallel, as of arms.
+                let axis = [Vec3::x(), -Vec3::x(), Vec3::z(), draw.vector()][case % 4];
+                let kind = (draw.next() * 4.0).abs() as usize;
+                let hinge = match kind {
+                    0 => Hinge::slider(axis).limits(limits),
+                    1 if case % 3 == 0 => Hinge::ball(),
+                    2 if case % 3 == 1 => Hinge::screw(axis, 0.2).limits(limits),
+                    _ => Hinge::pin(axis),
+                };
+                let at = draw.pose();
+                (hinge, if case % 2 == 0 { Pose::new(Quat::identity(), at.position) } else { at })
+            });
+            let tree = chain(hinges.collect(), draw.pose());
+            let node = tip(&tree);
+            let mut ws = crate::Workspace::new(&tree);
+            let mut longest = 0.0_f64;
+            for seed in 0..40 {
+                let q = tree.multibody().random_q_within_limits(seed);
+                crate::poses(&tree, &mut ws, &q);
+                let p = ws.node_pose(&tree, node).position;
+                assert!(!beyond(&tree, node, &p, 0.0), "case {case}: {p:?}");
+                longest = longest.max(p.norm());
+            }
+            let direction = draw.vector().normalize();
+            far += 1;
+            known += usize::from(beyond(&tree, node, &(direction * (2.0 * longest + 3.0)), 0.0));
+        }
+        assert!(known * 10 > far * 8, "{known} of {far}");
+    }
+
+    /// In a plane, and out of it, the bound is what geometry says.
+    #[test]
+    fn a_flat_arm_reaches_as_far_as_it_is_long() {
+        let link = Pose::translation(0.5, 0.0, 0.1);
+        let pins = [Pose::identity(), link, link].map(|at| (Hinge::pin(Vec3::z()), at));
+        let tree = chain(pins.to_vec(), link);
+        let node = tip(&tree);
+        let at = |x: f64, z: f64| beyond(&tree, node, &Vec3::new(0.6 * x, -0.8 * x, z), 0.0);
+        assert!(!at(1.4999, 0.3) && at(1.5001, 0.3));
+        assert!(at(1.0, 0.2999) && at(1.0, 0.3001), "it stays in its plane");
+        assert!(!beyond(&tree, node, &Vec3::new(1.51, 0.0, 0.3), 0.02), "within the margin");
+    }
+}
