@@ -276,6 +276,9 @@ fn objects_have_every_hinge() {
             builder.body(body.hinge_in_parent(Pose::translation(0.1, 0.0, 0.0)));
         }
     }
+    for (ball, body) in [(c"on arm", c"arm"), (c"on t3", c"t3"), (c"on toy", c"toy")] {
+        own.ball(ball, body, [0.0; 3], 0.1);
+    }
     let mut spec = ModelSpec { linkages: builder, ..ModelSpec::default() };
     let pin = BodySpec::new("arm", "world").hinge(Hinge::pin(Vec3::y())).mass(mass());
     spec.mechanism.body(pin);
@@ -315,6 +318,13 @@ fn objects_have_every_hinge() {
         assert_eq!(told, [0; 4], "the object itself has no joint");
         let none = lw_model_object_hinge(made.model, 0, 99, &mut 0, &mut 0, &mut 0, &mut 0);
         assert_eq!(none, LwStatus::Foreign);
+        // Colliders in the order of names: of the arm, of a body of the toy, of the toy.
+        let (mut ids, mut count) = ([9; 3], 9);
+        let p = ids.as_mut_ptr();
+        assert_eq!(lw_model_object_colliders(made.model, 0, p, 3, &mut count), OK);
+        assert_eq!((count, ids), (2, [1, 2, 9]));
+        assert_eq!(lw_model_part_colliders(made.model, 0, p, 3, &mut count), OK);
+        assert_eq!((count, ids[0]), (1, 0));
     }
 }
 

@@ -369,7 +369,7 @@ static void shapes(Case &c) {
   c.robot.collides_all(rows, told);
   CHECK(!told[0] && told[1]);
   const auto own = c.model.part_colliders(c.left);
-  CHECK(own.size() > 1 && c.model.object_colliders(c.beam).size() > 0);
+  CHECK(own.size() > 1 && c.model.object_colliders(c.beam).empty());
   const double apart = c.robot.distance(c.q, palm, post)->distance;
   c.robot.pad_all(own, 0.004);
   CHECK(std::abs(apart - 0.004 - c.robot.distance(c.q, palm, post)->distance) < 1e-9);

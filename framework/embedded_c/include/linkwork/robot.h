@@ -944,6 +944,20 @@ enum LwStatus lw_model_part_dofs(const struct LwModel *model,
                                  size_t *dofs,
                                  size_t n);
 
+// The colliders on the bodies of a part, in the order of names, into `out`, and how many there are into `count`. Where they are more than `room`, `LW_STATUS_NO_ROOM`, and `count` alone is written.
+enum LwStatus lw_model_part_colliders(const struct LwModel *model,
+                                      uint32_t part,
+                                      uint32_t *out,
+                                      size_t room,
+                                      size_t *count);
+
+// As `lw_model_part_colliders`, of an object, those on its bodies among them.
+enum LwStatus lw_model_object_colliders(const struct LwModel *model,
+                                        uint32_t object,
+                                        uint32_t *out,
+                                        size_t room,
+                                        size_t *count);
+
 // Limits of the degrees of freedom with one coordinate, rad or m, into `lower` and `upper` (`n` = nv each); infinite where there is none.
 enum LwStatus lw_model_limits(const struct LwModel *model,
                               double *lower,
@@ -1484,6 +1498,14 @@ enum LwStatus lw_robot_collides(struct LwRobot *robot,
                                 bool *out,
                                 struct LwPair *pair);
 
+// Whether two colliders that meet touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after row), into `out` (`rows`): each answer is that of
+// `lw_robot_collides`, in less time. Other threads may do the same with clones of the robot.
+enum LwStatus lw_robot_collides_all(struct LwRobot *robot,
+                                    const double *q,
+                                    size_t n,
+                                    bool *out,
+                                    size_t rows);
+
 // The nearest pair of colliders that meet at `q` (`n` = nq), within `limit` (m, may be infinite), into `out`.
 enum LwStatus lw_robot_clearance(struct LwRobot *robot,
                                  const double *q,
@@ -1523,11 +1545,21 @@ enum LwStatus lw_robot_hits(struct LwRobot *robot,
 enum LwStatus lw_robot_set_detail(struct LwRobot *robot,
                                   uint32_t detail);
 
+// As `lw_robot_set_detail`, of one collider.
+enum LwStatus lw_robot_set_detail_of(struct LwRobot *robot, uint32_t collider, uint32_t detail);
+
 // Whether a pair is looked at now when both are shown, into `out`.
 enum LwStatus lw_robot_looks_at(struct LwRobot *robot, uint32_t a, uint32_t b, bool *out);
 
 // Thickness around a collider from now on, m.
 enum LwStatus lw_robot_pad(struct LwRobot *robot, uint32_t collider, double padding);
+
+// As `lw_robot_pad`, of `n` colliders at once: those of a part (`lw_model_part_colliders`) or of an object. All of them, or on a mistake none.
+// Takes memory for more names than there are colliders.
+enum LwStatus lw_robot_pad_all(struct LwRobot *robot,
+                               const uint32_t *colliders,
+                               size_t n,
+                               double padding);
 
 // Hides a collider from now on; `lw_robot_show` shows it again.
 enum LwStatus lw_robot_hide(struct LwRobot *robot, uint32_t collider);
