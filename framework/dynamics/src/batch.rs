@@ -7,7 +7,7 @@ use crate::error::DynamicsError;
 use crate::flexible::Lanes;
 use crate::kinematics::{check, path_poses, sweep};
 use crate::lane::Lane;
-use crate::linear::{M3, V3, V6};
+use crate::linear::{V3, V6};
 use crate::query::v3;
 use crate::tree::Tree;
 use crate::work::{Work, Workspace};
@@ -108,24 +108,6 @@ impl<L: Lane> Batch<L> {
         match &mut self.lanes {
             None => sweep::<L, false>(tree, &mut self.work, q, &[]),
             Some(l) => l.always([q], [], |ws, [q], []| crate::poses(tree, ws, q)),
-        }
-    }
-
-    /// The poses of one state (0 … `L::WIDTH` − 1) into the memory of one, as [`poses`](crate::poses) leaves them there. After [`Batch::poses`] or
-    /// [`Batch::kinematics`].
-    ///
-    /// # Panics
-    /// For a state that is none.
-    pub fn state_poses(&self, state: usize, ws: &mut Workspace) {
-        assert!(state < L::WIDTH, "state {state} of {}", L::WIDTH);
-        if let Some(lanes) = &self.lanes {
-            ws.clone_from(&lanes.each[state]);
-            return;
-        }
-        let of = |v: &V3<L>| V3 { x: v.x.state(state), y: v.y.state(state), z: v.z.state(state) };
-        for (to, from) in ws.work.kin.iter_mut().zip(&self.work.kin) {
-            to.R = M3 { x: of(&from.R.x), y: of(&from.R.y), z: of(&from.R.z) };
-            (to.l, to.p) = (of(&from.l), of(&from.p));
         }
     }
 

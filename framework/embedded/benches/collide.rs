@@ -51,8 +51,9 @@ fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool], hand
         }
     }
     black_box(sum);
-    // The same questions as one table, in lanes.
+    // The same questions as one table, in two threads.
     let (table, mut out) = (qs.concat(), vec![false; qs.len()]);
+    let mut robots = [robot.clone(), robot.clone()];
     let (mut one_by_one, mut together) = (Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
         one_by_one.push(us(qs, |q| {
@@ -60,12 +61,12 @@ fn bench(name: &str, robot: &mut Robot, qs: &[Vec<f64>], expected: &[bool], hand
         }));
         let start = std::time::Instant::now();
         for _ in 0..10 {
-            robot.collides_all(&table, &mut out).unwrap();
+            collides_all(&mut robots, &table, &mut out).unwrap();
         }
         together.push(start.elapsed().as_secs_f64() * 1e6 / (10 * qs.len()) as f64);
     }
     assert_eq!(out, ours);
-    row(&format!("{name} yes or no, in a table; one by one"), &together, &one_by_one, "");
+    row(&format!("{name} yes or no, in two threads; in one"), &together, &one_by_one, "");
     let asked = ["at most 0.4", "", "at most 0.4", ""];
     let names = ["yes or no", "all pairs, yes or no", "all distances", "least distance"];
     for ((side, what), target) in sides.iter().zip(names).zip(asked) {

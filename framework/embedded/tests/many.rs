@@ -23,7 +23,7 @@ fn scene_of_an_arm() -> Option<(Arc<RobotModel>, Vec<f64>, Vec<bool>)> {
 }
 
 #[test]
-fn many_are_told_as_one_by_one_in_lanes_and_threads() {
+fn many_are_told_as_one_by_one_in_threads() {
     let Some((model, q, expected)) = scene_of_an_arm() else { return };
     let mut robot = Robot::new(&model);
     // Far away, then held in the hand.
@@ -38,7 +38,7 @@ fn many_are_told_as_one_by_one_in_lanes_and_threads() {
     assert!(one_by_one != expected, "the bar hits more");
     robot.collides_all(&q, &mut out).unwrap();
     assert_eq!(out, one_by_one);
-    // A run may end within a block, and there may be more robots than rows.
+    // Runs need not be equal, and there may be more robots than rows.
     for (threads, rows) in [(1, 4999), (3, 4999), (4, 6), (5, 3), (3, 0)] {
         let mut robots = vec![robot.clone(); threads];
         let mut out: Vec<bool> = one_by_one[..rows].iter().map(|hit| !hit).collect();

@@ -100,7 +100,7 @@ pub unsafe extern "C" fn lw_robot_collides(
 }
 
 /// Whether two colliders that meet touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after row), into `out` (`rows`): each answer is that of
-/// `lw_robot_collides`, in less time. Other threads may do the same with clones of the robot.
+/// `lw_robot_collides`. Other threads may take part of the rows with clones of the robot.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_collides_all(
     robot: *mut LwRobot,

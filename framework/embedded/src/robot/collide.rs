@@ -9,7 +9,6 @@
 //! ```
 //! So nothing is jumped over, however thin.
 
-use super::many::Block;
 use super::{Hold, Mount, Robot, numbers};
 use crate::collision::{Carrier, Scene, matrix};
 use crate::error::RobotError;
@@ -25,7 +24,7 @@ use linkwork_spatial::{Motion, Pose};
 #[derive(Debug)]
 pub(super) struct Memory {
     pub probe: Probe,
-    pub ws: Workspace,
+    ws: Workspace,
     /// Where objects are in the world at the configuration asked for.
     objects: Vec<Pose>,
     /// Bodies of objects with joints.
@@ -35,7 +34,6 @@ pub(super) struct Memory {
     q: Vec<f64>,
     dv: Vec<f64>,
     step: Vec<f64>,
-    pub block: Block,
 }
 
 impl Memory {
@@ -52,7 +50,6 @@ impl Memory {
             q: vec![0.0; model.nq()],
             dv: vec![0.0; model.nv()],
             step: vec![0.0; model.nv()],
-            block: Block::new(&model.tree),
         }
     }
 
@@ -112,14 +109,7 @@ impl Robot {
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NotFinite`].
     pub fn first_hit(&mut self, q: &[f64]) -> Result<Option<(ColliderId, ColliderId)>, RobotError> {
-        numbers("q", q, self.q.len())?;
-        poses(&self.tree, &mut self.collide.ws, q);
-        self.hit_as_posed()
-    }
-
-    /// As [`first_hit`](Self::first_hit) where the memory's poses are.
-    pub(super) fn hit_as_posed(&mut self) -> Result<Option<(ColliderId, ColliderId)>, RobotError> {
-        self.place_as_posed()?;
+        self.place(q)?;
         Ok(self.collide.probe.first_hit(&self.model.scene.colliders))
     }
 
@@ -485,13 +475,8 @@ impl Robot {
     /// Puts all colliders where they are at q.
     fn place(&mut self, q: &[f64]) -> Result<(), RobotError> {
         numbers("q", q, self.q.len())?;
-        poses(&self.tree, &mut self.collide.ws, q);
-        self.place_as_posed()
-    }
-
-    /// Puts all colliders where the memory's poses say.
-    fn place_as_posed(&mut self) -> Result<(), RobotError> {
         let Memory { probe, ws, objects, linkages, .. } = &mut self.collide;
+        poses(&self.tree, ws, q);
         let trees = &self.model.linkages;
         for i in self.order.iter().map(|i| *i as usize) {
             objects[i] = match (self.holds[i], self.mounts[i]) {

@@ -1499,7 +1499,7 @@ enum LwStatus lw_robot_collides(struct LwRobot *robot,
                                 struct LwPair *pair);
 
 // Whether two colliders that meet touch or overlap at each of many configurations, `q` (`n` = rows · nq numbers, row after row), into `out` (`rows`): each answer is that of
-// `lw_robot_collides`, in less time. Other threads may do the same with clones of the robot.
+// `lw_robot_collides`. Other threads may take part of the rows with clones of the robot.
 enum LwStatus lw_robot_collides_all(struct LwRobot *robot,
                                     const double *q,
                                     size_t n,
