@@ -247,12 +247,15 @@ impl InverseKinematics {
     fn squares(&mut self, rows: usize, nv: usize) {
         let n = self.free.len();
         self.squares[..n * n].fill(0.0);
-        for r in 0..rows {
-            let J = &self.J[r * nv..(r + 1) * nv];
+        // Mostly all are free: columns side by side.
+        let all = n == nv;
+        for J in self.J[..rows * nv].chunks_exact(nv.max(1)) {
             for (a, i) in self.free.iter().enumerate() {
-                let x = J[*i];
-                for (out, j) in self.squares[a * n..a * n + a + 1].iter_mut().zip(&self.free) {
-                    *out += x * J[*j];
+                let (x, out) = (J[*i], &mut self.squares[a * n..a * n + a + 1]);
+                if all {
+                    out.iter_mut().zip(J).for_each(|(out, y)| *out += x * y);
+                } else {
+                    out.iter_mut().zip(&self.free).for_each(|(out, j)| *out += x * J[*j]);
                 }
             }
         }
@@ -303,8 +306,11 @@ impl InverseKinematics {
                 row += 3;
             }
         }
-        for (a, i) in self.free.iter().enumerate() {
-            self.x[a] = (0..row).map(|r| self.J[r * nv + i] * self.bent[r]).sum();
+        self.x[..n].fill(0.0);
+        for (J, bent) in self.J.chunks_exact(nv.max(1)).zip(&self.bent[..row]) {
+            for (x, i) in self.x.iter_mut().zip(&self.free) {
+                *x += J[*i] * bent;
+            }
         }
         let solved = solve_factored(&self.A[..n * n], &mut self.x[..n]);
         let bend: f64 = self.x[..n].iter().map(|x| x * x).sum();
@@ -318,28 +324,31 @@ impl InverseKinematics {
 
     /// Jᵀ e.
     fn gradient_of(&mut self, rows: usize, nv: usize) {
-        for i in 0..nv {
-            self.gradient[i] = (0..rows).map(|r| self.J[r * nv + i] * self.e[r]).sum();
+        self.gradient.fill(0.0);
+        for (J, e) in self.J.chunks_exact(nv.max(1)).zip(&self.e[..rows]) {
+            self.gradient.iter_mut().zip(J).for_each(|(g, x)| *g += x * e);
         }
     }
 }
 
-/// A x = b for a symmetric positive definite A (its lower triangle), in place; false when it is not.
+/// A x = b for a symmetric positive definite A (its lower triangle), in place; false when it is not. A becomes L of A = L Lᵀ with the inverse of each number of its
+/// diagonal: quotients take several times as long as products.
 fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
     let n = b.len();
     for j in 0..n {
-        for i in j..n {
-            let dot: f64 = (0..j).map(|k| A[i * n + k] * A[j * n + k]).sum();
-            let x = A[i * n + j] - dot;
-            if i == j {
-                if !(x > 0.0 && x.is_finite()) {
-                    return false;
-                }
-                A[j * n + j] = x.sqrt();
-            } else {
-                A[i * n + j] = x / A[j * n + j];
-            }
+        // Rows from j on, the first of them apart from the rest.
+        let (first, rest) = A[j * n..].split_at_mut(n);
+        let (left, at) = (&first[..j], j);
+        let x = first[at] - left.iter().map(|x| x * x).sum::<f64>();
+        if !(x > 0.0 && x.is_finite()) {
+            return false;
         }
+        let inverse = 1.0 / x.sqrt();
+        for row in rest.chunks_exact_mut(n) {
+            let dot: f64 = row[..j].iter().zip(left).map(|(x, y)| x * y).sum();
+            row[at] = (row[at] - dot) * inverse;
+        }
+        first[at] = inverse;
     }
     solve_factored(A, b)
 }
@@ -348,12 +357,16 @@ fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
 fn solve_factored(A: &[f64], b: &mut [f64]) -> bool {
     let n = b.len();
     for i in 0..n {
-        let dot: f64 = (0..i).map(|k| A[i * n + k] * b[k]).sum();
-        b[i] = (b[i] - dot) / A[i * n + i];
+        let row = &A[i * n..i * n + i + 1];
+        let dot: f64 = row[..i].iter().zip(&*b).map(|(x, y)| x * y).sum();
+        b[i] = (b[i] - dot) * row[i];
     }
+    // Column after column of Lᵀ, which are rows of L.
     for i in (0..n).rev() {
-        let dot: f64 = (i + 1..n).map(|k| A[k * n + i] * b[k]).sum();
-        b[i] = (b[i] - dot) / A[i * n + i];
+        let row = &A[i * n..i * n + i + 1];
+        let x = b[i] * row[i];
+        b[i] = x;
+        b[..i].iter_mut().zip(row).for_each(|(b, y)| *b -= y * x);
     }
     b.iter().all(|x| x.is_finite())
 }
