@@ -260,8 +260,8 @@ impl Robot {
     /// Where a body is at the robot's q: (4, 4), m, in the world. Raises LinkworkError for a name that is not there.
     ///
     /// >>> robot.q = [0, 0, 0]
-    /// >>> robot.body_pose("lower")[:3, 3].tolist()
-    /// [0.4, 0.0, 0.0]
+    /// >>> robot.body_pose("lower")[:2, 3].round(6).tolist()
+    /// [0.4, 0.0]
     fn body_pose<'py>(slf: &Bound<'py, Self>, body: &str) -> PyResult<Array2<'py>> {
         let own = base(slf);
         let body = own.body(body)?;
