@@ -6,6 +6,10 @@ use re_sdk_types::components::{ImageBuffer, ImageFormat};
 
 /// Edge of a tile (m), and where parts show something on the ground: then tiles are sent again and again.
 const TILE: [f64; 2] = [5.0, 2.5];
+/// Tiles along an edge of the map, if they have no more than so many nodes along theirs; and at most.
+const FEW: f64 = 16.0;
+const NODES: f64 = 128.0;
+const MOST: f64 = 60.0;
 /// Nodes of the coarse form are at least this far apart (m).
 const COARSE: f64 = 0.5;
 /// Parts along a cell of the grid that was changed, at most.
@@ -51,11 +55,11 @@ impl Tiles {
         if surface.nx < 2 || surface.ny < 2 {
             return None;
         }
-        // At most 60 tiles along an edge, however large the map.
+        // A viewer is slow with thousands of meshes: few tiles, while each has not too many nodes; however large the map, not more than `MOST`.
         let tile = |k: usize, n: usize| {
-            let extent = surface.spacing[k] * (n - 1) as f64;
-            let nodes = (TILE[usize::from(draped)].max(extent / 60.0) / surface.spacing[k]).round()
-                as usize;
+            let cells = (n - 1) as f64;
+            let least = TILE[usize::from(draped)] / surface.spacing[k];
+            let nodes = least.max((cells / FEW).min(NODES)).max(cells / MOST).round() as usize;
             nodes.clamp(1, n - 1)
         };
         let per = [tile(0, surface.nx), tile(1, surface.ny)];
