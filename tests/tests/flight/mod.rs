@@ -19,6 +19,7 @@ mod rendezvous;
 mod site;
 mod site_spacecraft;
 mod spacecraft;
+mod stops;
 mod strapdown;
 mod surroundings;
 mod thrusters;
