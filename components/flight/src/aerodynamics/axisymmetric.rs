@@ -129,7 +129,20 @@ pub struct Edge {
     /// How far inside the range of the coefficients, as a share of its width.
     #[port("1", falling)]
     pub inside: f64,
+    /// The same, for a flow that comes in: the corner that the coefficients have there.
+    #[port("1", rising)]
+    pub comes_in: f64,
 }
+
+impl Edge {
+    /// Of a flow so far inside.
+    pub(super) fn at(inside: f64) -> Edge {
+        Edge { inside, comes_in: inside }
+    }
+}
+
+/// The guard at which a flow leaves, by its place in [`Edge`].
+pub(super) const LEAVES: usize = 0;
 
 /// What is said of a flow that `does` so to the tables, at a place that `reach` compares with their ends.
 fn beyond(outside: Outside, does: &str, reach: impl FnOnce() -> String) -> BuildError {
@@ -147,13 +160,14 @@ pub(super) fn remark(
     (inside < 0.0).then(begins).into_iter().collect()
 }
 
-/// What is said of a flow that leaves the tables.
+/// What is said of a flow that leaves the tables; that it comes in is an event without words.
 pub(super) fn leaves(
     outside: Outside,
+    which: usize,
     reach: impl FnOnce() -> String,
     was: &Left,
 ) -> Option<BuildError> {
-    (!was.outside).then(|| beyond(outside, "leaves the tables,", reach))
+    (which == LEAVES && !was.outside).then(|| beyond(outside, "leaves the tables,", reach))
 }
 
 /// What coefficients of an axisymmetric body are multiplied with.
@@ -281,7 +295,7 @@ impl Model for Axisymmetric {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge { inside: self.air(c.t, u).1 }
+        Edge::at(self.air(c.t, u).1)
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
@@ -289,13 +303,13 @@ impl Model for Axisymmetric {
     fn tells(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &Heat,
         d: &Left,
         _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        leaves(self.p.outside, || self.reach(&self.air(c.t, u).0), d)
+        leaves(self.p.outside, which, || self.reach(&self.air(c.t, u).0), d)
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         let (a, inside) = self.air(c.t, u);

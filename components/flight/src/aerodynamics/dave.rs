@@ -422,7 +422,7 @@ impl Model for DaveAerodynamics {
         }
     }
     fn guards(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Edge {
-        Edge { inside: self.inside(c.t, u) }
+        Edge::at(self.inside(c.t, u))
     }
     fn fired(&self, _: &Clock, _: usize, _: &(), _: &Left) -> ((), Left) {
         ((), Left { outside: true })
@@ -430,13 +430,13 @@ impl Model for DaveAerodynamics {
     fn tells(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &(),
         d: &Left,
         _: &(),
         u: &DaveIn,
     ) -> Option<BuildError> {
-        leaves(self.p.outside, || self.reach(&self.air(c.t, u)), d)
+        leaves(self.p.outside, which, || self.reach(&self.air(c.t, u)), d)
     }
     fn remarks(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Vec<BuildError> {
         remark(self.p.outside, self.inside(c.t, u), || self.reach(&self.air(c.t, u)))

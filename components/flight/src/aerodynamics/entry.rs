@@ -180,7 +180,7 @@ impl Model for EntryAerodynamics {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Edge {
-        Edge { inside: self.inside(self.mach(c.t, u)) }
+        Edge::at(self.inside(self.mach(c.t, u)))
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
@@ -188,13 +188,13 @@ impl Model for EntryAerodynamics {
     fn tells(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &Heat,
         d: &Left,
         _: &(),
         u: &EntryIn,
     ) -> Option<BuildError> {
-        leaves(self.p.outside, || self.reach(self.mach(c.t, u)), d)
+        leaves(self.p.outside, which, || self.reach(self.mach(c.t, u)), d)
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Vec<BuildError> {
         let mach = self.mach(c.t, u);

@@ -10,7 +10,7 @@
 //! Mach 3 it is 5 % too high for air, and below the flow is not Newtonian.
 
 use super::air_data::{AirData, Outside};
-use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, Left, Passed, Scales};
+use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, LEAVES, Left, Passed, Scales};
 use super::sphere_cone::{SphereCone, base_pressure, pressure_max};
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
@@ -137,7 +137,7 @@ impl Model for SphereConeShell {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge { inside: self.air(c.t, u).1 }
+        Edge::at(self.air(c.t, u).1)
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
@@ -145,13 +145,14 @@ impl Model for SphereConeShell {
     fn tells(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &Heat,
         d: &Left,
         _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        (!d.outside).then(|| self.above("goes on", self.air(c.t, u).0.alpha_total))
+        (which == LEAVES && !d.outside)
+            .then(|| self.above("goes on", self.air(c.t, u).0.alpha_total))
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         let (a, inside) = self.air(c.t, u);
