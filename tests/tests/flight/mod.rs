@@ -25,3 +25,4 @@ mod surroundings;
 mod thrusters;
 mod touch_and_go;
 mod trajectories;
+mod variants;
