@@ -76,7 +76,7 @@ impl Around {
     }
 
     /// What there is to say of a point whose height the data do not reach: nothing where going on is what was asked for.
-    fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+    fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
         if self.outside == Some(Outside::Continue) {
             return None;
         }
@@ -86,7 +86,7 @@ impl Around {
     }
 
     #[cold]
-    fn told(&self, h: f64) -> Beyond {
+    fn told(&self, h: f64) -> BuildError {
         let [low, high] = self.range.map(|h| h / 1000.0);
         let fact = format!("its data reach from {low} to {high} km, not to {:.3} km", h / 1000.0);
         let goes_on = match self.outside {
@@ -97,8 +97,7 @@ impl Around {
         let help = format!(
             "{goes_on}take an atmosphere whose data reach there, or write `outside`: continue (which is then not told), clamp or stop"
         );
-        let stops = self.outside == Some(Outside::Stop);
-        Beyond { told: BuildError::new(fact).help(help), stops }
+        BuildError::new(fact).help(help).stopping(self.outside == Some(Outside::Stop))
     }
 
     /// The air at `p`, given what it is at a geodetic place.
@@ -163,7 +162,7 @@ impl Atmosphere for StandardAtmosphere {
     fn air(&self, t: f64, p: Vec3) -> Air {
         self.around.air(t, p, |place| self.model.at(place.altitude))
     }
-    fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+    fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
         self.around.beyond(t, p)
     }
     fn axes(&self) -> Axes {
@@ -241,7 +240,7 @@ impl Atmosphere for MsisAtmosphere {
     fn air(&self, t: f64, p: Vec3) -> Air {
         self.around.air(t, p, |place| self.at(t, place))
     }
-    fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+    fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
         self.around.beyond(t, p)
     }
     fn axes(&self) -> Axes {
@@ -326,7 +325,7 @@ impl Atmosphere for MarsAtmosphere {
             None => world::mars_simple(place.altitude),
         })
     }
-    fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+    fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
         self.around.beyond(t, p)
     }
     fn axes(&self) -> Axes {
@@ -677,8 +676,8 @@ mod tests {
                         high / 1e3,
                         out / 1e3
                     );
-                    assert!(told.told.message.contains(&words), "{}", told.told.message);
-                    assert!(told.told.help.unwrap().contains("`outside`"));
+                    assert!(told.message.contains(&words), "{}", told.message);
+                    assert!(told.help.unwrap().contains("`outside`"));
                 }
             }
         }

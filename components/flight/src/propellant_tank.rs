@@ -114,6 +114,14 @@ impl Model for PropellantTank {
     type X = Content;
     type D = Dry;
     type G = Bottom;
+    fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
+        if self.p.slosh == SloshMode::Settled {
+            return Vec::new();
+        }
+        let fact = "the mass of the first slosh mode is left to a `flight.slosh`, and none takes it: it is in no body";
+        let help = "wire swinging, swing_height and swing_stiffness to a `flight.slosh`, or write `slosh: settled`";
+        vec![("swinging", BuildError::new(fact).help(help))]
+    }
     fn init_x(&self) -> Content {
         Content { mass: self.p.propellant }
     }

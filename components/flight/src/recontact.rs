@@ -2,6 +2,7 @@
 //! ```text
 //! d = p_b − p_a       clearance = |d| − r_a − r_b       rate = d · v/|d|,  v = v_b − v_a
 //! predicted: both go straight on, t* = max(0, −d·v/v²), at most `horizon`:  |d + v t*| − r_a − r_b
+//! parted:    the least counts from where the clearance has first been so large: what was one body is together at the start
 //! ```
 //! Each body is a ball about its node that holds all of it. Sampled: the least clearance is that of the samples and of what
 //! lies between each and the next when both go straight on there, which is right to the square of the period times the relative
@@ -18,6 +19,9 @@ pub struct RecontactParams {
     /// Radius of the ball around b.
     #[param(unit = "m", range = 0.0..)]
     pub radius_b: f64,
+    /// Clearance from which on the least counts, once it was reached: below it they come back. Unwritten: it counts from the start.
+    #[param(unit = "m")]
+    pub parted: Option<f64>,
     /// How far ahead it looks.
     #[param(unit = "s", default = 60.0, range = 0.0..)]
     pub horizon: f64,
@@ -43,7 +47,7 @@ pub struct RecontactOut {
     /// How fast it grows.
     #[port("m/s")]
     pub rate: f64,
-    /// The least so far.
+    /// The least so far; until they have parted that of now.
     #[port("m")]
     pub least: f64,
     /// The least that comes within the horizon if both go straight on.
@@ -108,6 +112,9 @@ impl Model for Recontact {
         RecontactOut { clearance, rate, least: self.least(d, clearance), predicted, time }
     }
     fn update(&self, c: &Clock, _: &(), d: &Least, _: &(), u: &RecontactIn) -> Least {
+        if !d.taken && self.p.parted.is_some_and(|parted| !(clearance(&self.p, u).0 >= parted)) {
+            return *d;
+        }
         // Until the next sample.
         let (until_next, _) = ahead(&self.p, c.dt, u);
         Least { taken: true, clearance: self.least(d, until_next) }
@@ -119,7 +126,9 @@ mod tests {
     use super::*;
 
     fn watch() -> Recontact {
-        Recontact { p: RecontactParams { radius_a: 1.0, radius_b: 0.5, horizon: 100.0 } }
+        Recontact {
+            p: RecontactParams { radius_a: 1.0, radius_b: 0.5, parted: None, horizon: 100.0 },
+        }
     }
 
     fn pair(d: Vec3, v: Vec3) -> RecontactIn {
@@ -134,7 +143,15 @@ mod tests {
 
     /// Least clearance after rows of a relative motion, and the true one by fine steps.
     fn flown(of: impl Fn(f64) -> (Vec3, Vec3), period: f64, rows: u64) -> (f64, f64) {
-        let m = watch();
+        flown_by(&watch(), of, period, rows)
+    }
+
+    fn flown_by(
+        m: &Recontact,
+        of: impl Fn(f64) -> (Vec3, Vec3),
+        period: f64,
+        rows: u64,
+    ) -> (f64, f64) {
         let mut d = m.init_d();
         let mut truth = f64::INFINITY;
         for n in 0..rows {
@@ -163,6 +180,24 @@ mod tests {
         // What only goes away was nearest at the start.
         let away = |t: f64| (Vec3::new(2.0 + t, 0.0, 0.0), Vec3::x());
         assert!((flown(away, 0.1, 50).0 - 0.5).abs() < 1e-9);
+    }
+
+    /// Two that begin within each other: what leaves is least where it has parted, what comes back is seen.
+    #[test]
+    fn what_was_one_body_counts_from_where_it_has_parted() {
+        let m = Recontact { p: RecontactParams { parted: Some(1.0), ..watch().p } };
+        let away = |t: f64| (Vec3::x() * t, Vec3::x());
+        let (least, truth) = flown_by(&m, away, 0.1, 100);
+        assert!((1.0..1.1 + 1e-9).contains(&least) && truth < -1.4, "{least} {truth}");
+        // 3.5 t − t²/2 parts to 1 m at 0.81 s, comes to 4.6 m and back to 1.5 m at 6.5 s.
+        let back = |t: f64| (Vec3::x() * (3.5 * t - 0.5 * t * t), Vec3::x() * (3.5 - t));
+        let (least, _) = flown_by(&m, back, 0.1, 66);
+        let end = 3.5 * 6.6 - 0.5 * 6.6 * 6.6 - 1.5;
+        assert!((least - end).abs() < 0.01 && least < 0.0, "{least} {end}");
+        // Until then nothing is taken.
+        let mut d = m.init_d();
+        d = m.update(&Clock::at(0.0, 0.1, 0), &(), &d, &(), &pair(Vec3::x(), Vec3::x()), &mut ());
+        assert!(!d.taken);
     }
 
     #[test]

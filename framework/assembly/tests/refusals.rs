@@ -145,12 +145,13 @@ fn wrong_kinds_of_values() {
     );
     refused(
         &sim(
-            "parts: {}, figures: { \"a\": (take: last), \"b\": (of: \"x\", when: \"x > 1\"), \"c\": (when: \"x > 1\", unit: \"m\") }",
+            "parts: {}, figures: { \"a\": (take: last), \"b\": (of: \"x\", when: \"x > 1\"), \"c\": (when: \"x > 1\", unit: \"m\"), \"d\": (when: \"x > 1\", at: \"x > 2\") }",
         ),
         &[
             "figure `a`: it is of nothing\n  --> sim.ron:2:24\n  help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
             "figure `b`: it is of a variable and of a condition",
             "figure `c`: a condition has no unit",
+            "figure `d`: `at` is of a variable",
         ],
     );
 }

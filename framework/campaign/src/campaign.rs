@@ -1,7 +1,7 @@
 //! A campaign: what each run is made from. A run is a pure function of the campaign's file and the run's number.
 use crate::correlation::correlated;
 use crate::distribution::{Distribution, deviate};
-use crate::form::{Drawn, Form, Noise, Template};
+use crate::form::{Bound, Drawn, Form, Noise, Requirement, Template, in_unit};
 use crate::histories::{MOST, Retained};
 use crate::one::end;
 use crate::sampling::Stream;
@@ -20,6 +20,8 @@ pub struct Campaign {
     retained: Option<Retained>,
     /// Names and units of the figures.
     figures: Vec<(String, String)>,
+    /// What is required of them.
+    aims: Vec<Aim>,
     /// Contents that every run must find: texts by name, fingerprints of data files by name.
     contents: Contents,
     /// What of the simulation is allowed and probably not meant, with every distribution at its middle.
@@ -30,6 +32,26 @@ pub struct Campaign {
     identity: u64,
     /// What its runs have in common.
     shared: Shared,
+}
+
+/// A requirement as it is judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Aim {
+    /// What is wrong with a run that misses it.
+    pub cause: String,
+    /// Place of the figure.
+    pub figure: usize,
+    /// Least value that is good, in the figure's unit; −∞: no bound.
+    pub least: f64,
+    /// Greatest value that is good; ∞: no bound.
+    pub most: f64,
+}
+
+impl Aim {
+    /// Whether a run with these figures keeps it. One without the figure, since what it is of never came, does not.
+    pub fn is_kept(&self, figures: &[f64]) -> bool {
+        figures.get(self.figure).is_some_and(|y| self.least <= *y && *y <= self.most)
+    }
 }
 
 /// Contents of files, by name: their hashes.
@@ -85,6 +107,7 @@ impl Campaign {
             streams,
             retained: None,
             figures,
+            aims: Vec::new(),
             contents: nothing,
             warnings: Vec::new(),
             sources: Sources::default(),
@@ -175,11 +198,45 @@ impl Campaign {
                 faults.push(Fault::new(*origin, message).help(help));
             }
         }
+        let aims: Vec<Result<Aim, Fault>> =
+            self.form.require.iter().map(|require| self.aim(require)).collect();
+        for aim in aims {
+            match aim {
+                Ok(aim) => self.aims.push(aim),
+                Err(fault) => faults.push(fault),
+            }
+        }
         faults.extend(self.retain(ready).err().unwrap_or_default());
         match faults.is_empty() {
             true => Ok(()),
             false => Err(Failure { faults, sources: self.form.sources.clone() }),
         }
+    }
+
+    /// A requirement in the unit of its figure.
+    fn aim(&self, r: &Requirement) -> Result<Aim, Fault> {
+        let at = |fact: String| Fault::new(r.origin, format!("`require`: `{}`: {fact}", r.cause));
+        let Some(figure) = self.figures.iter().position(|(name, _)| *name == r.figure) else {
+            let known: Vec<&str> = self.figures.iter().map(|f| f.0.as_str()).collect();
+            let help = linkwork_runtime::remedy(&r.figure, "figures", &known);
+            return Err(at(format!("there is no figure `{}`", r.figure)).help(help));
+        };
+        let unit = &self.figures[figure].1;
+        let shown = |unit: &str| if unit.is_empty() { "no unit".into() } else { unit.to_string() };
+        let bound = |bound: &Option<Bound>, open: f64| match bound {
+            None => Ok(open),
+            Some(b) if b.unit.is_empty() => Ok(b.number),
+            Some(b) => in_unit(b.number, &b.unit, unit, false).ok_or_else(|| {
+                let fact = format!("the figure has {}, the bound {}", shown(unit), b.unit);
+                at(fact).help("write the bound in a unit of the figure's quantity, or without one")
+            }),
+        };
+        let (least, most) = (bound(&r.least, f64::NEG_INFINITY)?, bound(&r.most, f64::INFINITY)?);
+        if !(least <= most) {
+            let fact = format!("nothing is from {least} to {most}");
+            return Err(at(fact).help("write `least` below `most`"));
+        }
+        Ok(Aim { cause: r.cause.clone(), figure, least, most })
     }
 
     /// The variables that every run keeps.
@@ -220,8 +277,8 @@ impl Campaign {
         Ok(())
     }
 
-    /// What two campaigns must share so that the runs of one are runs of the other. Limits of wall time and what the
-    /// report shows change no run.
+    /// What two campaigns must share so that the runs of one are runs of the other. Limits of wall time, what
+    /// the report shows and what is required change no run.
     fn identify(&self, plan: u64) -> u64 {
         let f = &self.form;
         let mut text = format!(
@@ -285,6 +342,11 @@ impl Campaign {
     /// Names and units of the figures of a run.
     pub fn figures(&self) -> &[(String, String)] {
         &self.figures
+    }
+
+    /// What is required of them, in the order of the file.
+    pub fn aims(&self) -> &[Aim] {
+        &self.aims
     }
 
     /// What every run keeps.

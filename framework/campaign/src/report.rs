@@ -42,7 +42,7 @@ pub fn page(campaign: &Campaign, results: &Results) -> String {
         Sampling::LatinHypercube => "a Latin hypercube",
         Sampling::Sobol => "a scrambled Sobol sequence",
     };
-    let done = results.runs.columns.first().map_or(0, |c| c.1.len());
+    let done = results.done();
     let _ = write!(
         out,
         "<p>{done} of {} runs of <code>{}</code>, {how}, seed {}. Campaign {:016x}, linkwork {}.</p>\n<h2>How runs \
@@ -58,6 +58,7 @@ pub fn page(campaign: &Campaign, results: &Results) -> String {
         let _ = write!(out, "<tr><td>{}</td><td>{n}</td><td>{share:.2} %</td></tr>", cause.name());
     }
     out.push_str("</table>\n");
+    requirements(&mut out, results);
     failures(&mut out, results);
     statistics(&mut out, results);
     figures(&mut out, results);
@@ -65,6 +66,45 @@ pub fn page(campaign: &Campaign, results: &Results) -> String {
     histories(&mut out, results);
     out.push_str("</body></html>\n");
     out
+}
+
+/// How many runs kept what is required, and by what the others missed.
+fn requirements(out: &mut String, results: &Results) {
+    if results.missed.is_empty() {
+        return;
+    }
+    let (kept, [from, to]) = results.success();
+    let _ = write!(
+        out,
+        "<h2>What is required</h2>\n<p>{} of {} runs kept all of it: {:.2} %, with 95 % confidence {:.2} to {:.2} %. A run may          miss by several causes; <i>alone</i>: by this one only.</p>\n<table><tr><th>cause</th><th>required</th><th>runs</th>         <th>share</th><th>alone</th><th>which</th></tr>",
+        results.kept,
+        results.done(),
+        100.0 * kept,
+        100.0 * from,
+        100.0 * to
+    );
+    for m in &results.missed {
+        let share = 100.0 * m.runs.len() as f64 / results.done().max(1) as f64;
+        let _ = write!(
+            out,
+            "<tr><td class=\"text\">{}</td><td class=\"text\">{}</td><td>{}</td><td>{share:.2} %</td><td>{}</td><td class=\"text\">{}</td></tr>",
+            escaped(&m.aim.cause),
+            escaped(&results.required(m)),
+            m.runs.len(),
+            m.alone,
+            which(&m.runs)
+        );
+    }
+    out.push_str("</table>\n");
+}
+
+/// The first of some runs.
+fn which(runs: &[u64]) -> String {
+    let mut which: Vec<String> = runs.iter().take(12).map(u64::to_string).collect();
+    if runs.len() > which.len() {
+        which.push("…".into());
+    }
+    which.join(", ")
 }
 
 fn failures(out: &mut String, results: &Results) {
@@ -75,11 +115,7 @@ fn failures(out: &mut String, results: &Results) {
         "<h2>Failures by cause</h2>\n<table><tr><th>cause</th><th>runs</th><th>which</th></tr>",
     );
     for (kind, runs) in &results.failures {
-        let mut which: Vec<String> = runs.iter().take(12).map(u64::to_string).collect();
-        if runs.len() > which.len() {
-            which.push("…".into());
-        }
-        let (kind, which) = (escaped(kind), which.join(", "));
+        let (kind, which) = (escaped(kind), which(runs));
         let _ = write!(
             out,
             "<tr><td class=\"text\">{kind}</td><td>{}</td><td class=\"text\">{which}</td></tr>",

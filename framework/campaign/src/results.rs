@@ -5,14 +5,15 @@
 //! | `results` | run | run, ended, why, time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), figures (`NAME [UNIT]`) |
 //! | `statistics` | figure | figure, unit, n, mean, deviation, error, min, p1 … p99, max |
 //! | `sensitivity` | figure and drawn number | figure, value, rank correlation |
+//! | `requirements` | requirement | cause, figure, unit, least, most, runs that missed, share of all, runs that missed it alone |
 //! | `bands` | retained variable and instant | variable, unit, time \[s\], n, min, p5 … p95, max |
 //!
 //! Rows are in the order of the runs, and nothing in them depends on when or on how many threads the runs were made.
-use crate::campaign::Campaign;
+use crate::campaign::{Aim, Campaign};
 use crate::histories::{Band, bands, table};
 use crate::journal::Journal;
 use crate::outcome::{Cause, Outcome};
-use crate::statistics::{Summary, rank_correlation};
+use crate::statistics::{Summary, rank_correlation, share};
 use linkwork_record::{Cells, Durable, ParquetFile, replace, titled};
 use linkwork_runtime::Value;
 use std::borrow::Cow;
@@ -60,6 +61,17 @@ pub struct Table {
     pub columns: Vec<(String, Column)>,
 }
 
+/// A requirement, and the runs that missed it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Missed {
+    /// The requirement.
+    pub aim: Aim,
+    /// Runs that missed it.
+    pub runs: Vec<u64>,
+    /// How many of these missed nothing else.
+    pub alone: usize,
+}
+
 /// What came out of a campaign.
 pub struct Results {
     /// A row for each run that ended.
@@ -76,6 +88,10 @@ pub struct Results {
     pub bands: Vec<Band>,
     /// Runs that the bands are made from, and orderly runs.
     pub bands_of: (usize, usize),
+    /// What was required, and which orderly runs missed it, in the order of the campaign's file.
+    pub missed: Vec<Missed>,
+    /// Runs that ended in order and kept all that is required; all of them where nothing is.
+    pub kept: usize,
     /// Causes that are no orderly end: kind, runs.
     pub failures: Vec<(String, Vec<u64>)>,
     /// How many runs ended in which way.
@@ -150,6 +166,16 @@ impl Results {
             .map(|(_, _, y)| drawn.iter().map(|(_, x)| rank_correlation(x, y)).collect())
             .collect();
         let (failures, causes) = counted(&outcomes);
+        let (missed, of_runs) = judged(campaign.aims(), &outcomes);
+        let kept = orderly.iter().filter(|k| of_runs[**k].is_empty()).count();
+        if !missed.is_empty() {
+            let words = of_runs.iter().map(|aims| {
+                let causes: Vec<&str> =
+                    aims.iter().map(|a| missed[*a].aim.cause.as_str()).collect();
+                causes.join("; ")
+            });
+            columns.insert(3, ("missed".to_string(), Column::Text(words.collect())));
+        }
         Results {
             runs: Table { columns },
             drawn,
@@ -158,6 +184,8 @@ impl Results {
             sensitivity,
             bands: Vec::new(),
             bands_of: (0, 0),
+            missed,
+            kept,
             failures,
             causes,
         }
@@ -222,7 +250,54 @@ impl Results {
         Table { columns }
     }
 
-    /// Writes `results`, `statistics`, `sensitivity` and, where there are some, `bands` as CSV and as Parquet into a folder; gives the files.
+    /// Share of all runs so far that ended in order and kept all that is required: the share, and from where to where it is with 95 %
+    /// confidence (Wilson's interval).
+    pub fn success(&self) -> (f64, [f64; 2]) {
+        share(self.kept, self.done())
+    }
+
+    /// Runs that ended.
+    pub fn done(&self) -> usize {
+        self.runs.columns.first().map_or(0, |c| c.1.len())
+    }
+
+    /// What is required, in words: the figure and its bounds.
+    pub fn required(&self, m: &Missed) -> String {
+        let (name, unit, _) = &self.figures[m.aim.figure];
+        let Aim { least, most, .. } = m.aim;
+        let bounds = match (least.is_finite(), most.is_finite()) {
+            (true, true) => format!("{least} to {most}"),
+            (true, false) => format!("at least {least}"),
+            _ => format!("at most {most}"),
+        };
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        format!("{name} {bounds}{unit}")
+    }
+
+    /// One row for each requirement.
+    pub fn requirements(&self) -> Table {
+        let done = self.done();
+        let text =
+            |of: &dyn Fn(&Missed) -> String| Column::Text(self.missed.iter().map(of).collect());
+        let number =
+            |of: &dyn Fn(&Missed) -> f64| Column::Number(self.missed.iter().map(of).collect());
+        let whole = |of: &dyn Fn(&Missed) -> usize| {
+            Column::Whole(self.missed.iter().map(|m| of(m) as u64).collect())
+        };
+        let columns = vec![
+            ("cause".to_string(), text(&|m| m.aim.cause.clone())),
+            ("figure".to_string(), text(&|m| self.figures[m.aim.figure].0.clone())),
+            ("unit".to_string(), text(&|m| self.figures[m.aim.figure].1.clone())),
+            ("least".to_string(), number(&|m| m.aim.least)),
+            ("most".to_string(), number(&|m| m.aim.most)),
+            ("runs".to_string(), whole(&|m| m.runs.len())),
+            ("share".to_string(), number(&|m| share(m.runs.len(), done).0)),
+            ("alone".to_string(), whole(&|m| m.alone)),
+        ];
+        Table { columns }
+    }
+
+    /// Writes `results`, `statistics`, `sensitivity` and, where there are some, `requirements` and `bands` as CSV and as Parquet into a folder; gives the files.
     ///
     /// # Errors
     /// A message with the file.
@@ -232,6 +307,9 @@ impl Results {
             ("statistics", Cow::Owned(self.statistics())),
             ("sensitivity", Cow::Owned(self.sensitivities())),
         ];
+        if !self.missed.is_empty() {
+            tables.push(("requirements", Cow::Owned(self.requirements())));
+        }
         if !self.bands.is_empty() {
             tables.push(("bands", Cow::Owned(table(&self.bands))));
         }
@@ -250,6 +328,22 @@ impl Results {
 /// Titles of [`crate::statistics::PERCENTILES`].
 pub(crate) const NAMES: [&str; 9] =
     ["min", "p1", "p5", "p25", "median", "p75", "p95", "p99", "max"];
+
+/// What was required with the runs that missed it; and for each outcome, what it missed. Only orderly runs are judged: the others failed by
+/// what they tell themselves.
+fn judged(aims: &[Aim], outcomes: &[&Outcome]) -> (Vec<Missed>, Vec<Vec<usize>>) {
+    let of_run = |o: &&Outcome| -> Vec<usize> {
+        let all = if o.ended.is_orderly() { aims.len() } else { 0 };
+        (0..all).filter(|k| !aims[*k].is_kept(&o.figures)).collect()
+    };
+    let of_runs: Vec<Vec<usize>> = outcomes.iter().map(of_run).collect();
+    let missed = |(k, aim): (usize, &Aim)| {
+        let by = || outcomes.iter().zip(&of_runs).filter(move |(_, of)| of.contains(&k));
+        let runs = by().map(|(o, _)| o.run).collect();
+        Missed { aim: aim.clone(), runs, alone: by().filter(|(_, of)| of.len() == 1).count() }
+    };
+    (aims.iter().enumerate().map(missed).collect(), of_runs)
+}
 
 fn counted(outcomes: &[&Outcome]) -> (Vec<(String, Vec<u64>)>, Vec<(Cause, usize)>) {
     let mut failures = std::collections::BTreeMap::<String, Vec<u64>>::new();

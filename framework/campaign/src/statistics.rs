@@ -4,6 +4,7 @@
 //! mean       m = Σ y / n              deviation  s² = Σ (y − m)² / (n − 1)       error of the mean  s / √n
 //! percentile linear between the ordered values y₀ … y₍ₙ₋₁₎ at p (n − 1)          (type 7 of Hyndman and Fan, 1996)
 //! rank correlation (Spearman): the correlation of the ranks, ties sharing the mean of theirs
+//! share      p = k/n, and Wilson's interval (1927): (p + z²/2n ± z √(p (1 − p)/n + z²/4n²))/(1 + z²/n), z = 1.959964 for 95 %
 //! ellipse    of k deviations: centre m, half axes k √λ along the eigenvectors of the covariance
 //! ```
 //! A value that is NaN (a figure of a phase that never came) is left out, and `n` says so.
@@ -37,6 +38,15 @@ impl Summary {
         let percentiles = PERCENTILES.map(|p| percentile(&y, p));
         Summary { n, mean, deviation, error: deviation / (n as f64).sqrt(), percentiles }
     }
+}
+
+/// The share `k` of `n`, and from where to where it is with 95 % confidence; NaN of none.
+pub fn share(k: usize, n: usize) -> (f64, [f64; 2]) {
+    let (p, n, z) = (k as f64 / n as f64, n as f64, 1.959_964);
+    let (middle, wide) =
+        (p + z * z / (2.0 * n), z * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt());
+    let at = |y: f64| (y / (1.0 + z * z / n)).clamp(0.0, 1.0);
+    (p, [at(middle - wide), at(middle + wide)])
 }
 
 /// Of values in order; NaN of none.

@@ -141,10 +141,23 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
             s.deviation
         );
     }
+    if !results.missed.is_empty() {
+        let (share, [from, to]) = results.success();
+        say!(
+            "  {} of {done} kept all that is required: {:.1} % ({:.1} to {:.1} % with 95 % confidence)",
+            results.kept,
+            100.0 * share,
+            100.0 * from,
+            100.0 * to
+        );
+    }
+    for m in results.missed.iter().filter(|m| !m.runs.is_empty()) {
+        let share = 100.0 * m.runs.len() as f64 / done.max(1) as f64;
+        let (n, cause, required) = (m.runs.len(), &m.aim.cause, results.required(m));
+        say!("  {n} ({share:.1} %) missed by: {cause} ({required})\n    runs {}", few(&m.runs));
+    }
     for (kind, runs) in &results.failures {
-        let which: Vec<String> = runs.iter().take(5).map(u64::to_string).collect();
-        let more = if runs.len() > which.len() { ", …" } else { "" };
-        say!("  {} failed by: {kind}\n    runs {}{more}", runs.len(), which.join(", "));
+        say!("  {} failed by: {kind}\n    runs {}", runs.len(), few(runs));
     }
     if !files.is_empty() {
         say!("files:");
@@ -156,6 +169,13 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
         };
         say!("  {}{hint}", file.display());
     }
+}
+
+/// The first of some runs.
+fn few(runs: &[u64]) -> String {
+    let first: Vec<String> = runs.iter().take(5).map(u64::to_string).collect();
+    let more = if runs.len() > first.len() { ", …" } else { "" };
+    format!("{}{more}", first.join(", "))
 }
 
 /// `--run N`: the run as `linkwork run` makes it, with what the campaign drew. When the campaign has made it already,

@@ -1,7 +1,8 @@
-//! `linkwork check`: load, compile, place, and look up every pattern, without running.
+//! `linkwork check`: load, compile, place, and look up every pattern; whether a run can begin, without running.
 use crate::{exit, load, run};
-use linkwork_runtime::RankReport;
+use linkwork_runtime::{RankReport, Simulation};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Prints every mistake, or what there is.
 pub fn check(sim: &Path, set: &[String]) -> u8 {
@@ -39,7 +40,13 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
         say!("    phases: {}", names.join(", "));
     }
     load::warn(&ready);
-    exit::OK
+    match Simulation::of(Arc::new(ready.program)).check() {
+        Ok(()) => exit::OK,
+        Err(e) => {
+            tell!("error: {e}");
+            exit::FAILED
+        }
+    }
 }
 
 /// What loops and couplings leave of the motion, and which of them repeat others.

@@ -32,8 +32,10 @@ impl Running {
         self.max = self.max.max(y);
         self.last = y;
     }
+    /// NaN of nothing: a figure of a phase that never came.
     fn take(&self, take: Take) -> f64 {
         match take {
+            _ if self.n == 0.0 => f64::NAN,
             Take::Last => self.last,
             Take::Min => self.min,
             Take::Max => self.max,
@@ -50,6 +52,8 @@ pub struct Tracked {
     /// Unit shown.
     pub unit: String,
     source: Source,
+    /// Where its one number is taken.
+    at: Option<Condition>,
     take: Take,
     unit_read: Unit,
 }
@@ -99,14 +103,23 @@ impl Figures {
     pub fn new(plan: &Plan, figures: &[Figure]) -> Result<Figures, Vec<Fault>> {
         let (mut list, mut faults) = (Vec::new(), Vec::new());
         for f in figures {
+            let what = format!("figure `{}`", f.name);
+            let at = match f.at.as_ref().map(|at| condition(plan, at, &what)).transpose() {
+                Ok(at) => at,
+                Err(fault) => {
+                    faults.push(fault);
+                    continue;
+                }
+            };
             let of = match &f.of {
                 FigureOf::Variable(of) => of,
                 FigureOf::Condition(when) => {
-                    match condition(plan, when, &format!("figure `{}`", f.name)) {
+                    match condition(plan, when, &what) {
                         Ok(c) => list.push(Tracked {
                             name: f.name.clone(),
                             unit: String::new(),
                             source: Source::Condition(c),
+                            at,
                             take: f.take,
                             unit_read: Unit::ONE,
                         }),
@@ -134,6 +147,7 @@ impl Figures {
                         name: f.name.clone(),
                         unit,
                         source: Source::Variable(v.place),
+                        at,
                         take: f.take,
                         unit_read: u,
                     });
@@ -166,6 +180,11 @@ impl Figures {
             return;
         }
         for (f, r) in self.list.iter().zip(&mut self.running) {
+            if let Some(at) = &f.at
+                && (r.n > 0.0 || !(at.of(sim.time(), |place| sim.value(place)) > 0.0))
+            {
+                continue;
+            }
             if let Some(value) = f.source.value(sim) {
                 r.add(value);
             }

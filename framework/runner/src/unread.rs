@@ -23,7 +23,8 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
         FigureOf::Condition(when) => Some(when),
         FigureOf::Variable(_) => None,
     });
-    for when in windows.chain(figures) {
+    let firsts = file.figures.iter().filter_map(|f| f.at.as_ref());
+    for when in windows.chain(figures).chain(firsts) {
         let named = |p: &&linkwork_runtime::PartPlan| when.text.contains(&p.path);
         seen.extend(plan.parts.iter().filter(named).map(|p| p.path.as_str()));
     }

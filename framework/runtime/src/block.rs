@@ -133,7 +133,7 @@ pub trait Block: Send {
     fn remarks(&mut self, _now: &Now, _x: &[f64], _d: &[f64], _sig: &[f64]) -> Vec<BuildError> {
         Vec::new()
     }
-    /// What it has to say when guard `which` fires, before it does.
+    /// What it has to say when guard `which` fires, before it does; it may stop the run.
     fn tells(
         &mut self,
         _now: &Now,
@@ -232,6 +232,10 @@ pub trait Prototype: Any + Send + Sync {
     }
     /// Of a field: the parts that write to it, in path order; its inputs follow from them.
     fn written_by(&mut self, _writers: &[&str]) {}
+    /// Outputs that another part has to take up, each with what is lost where none does.
+    fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
+        Vec::new()
+    }
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
     /// Names of its states and outputs, where they are not `<path>.<port>`.
@@ -340,6 +344,9 @@ impl<M: Model> Prototype for Built<M> {
     }
     fn stored(&self) -> bool {
         std::mem::size_of::<M::Store>() > 0
+    }
+    fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
+        self.model.must_be_read()
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
         let store = self.model.init_store();

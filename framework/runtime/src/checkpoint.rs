@@ -173,6 +173,8 @@ impl Simulation {
             }
         }
         self.replaced();
+        let plan = self.plan().clone();
+        self.judge(&plan, None);
         Ok(())
     }
 
@@ -279,7 +281,11 @@ impl Simulation {
                 .map_err(|why| CheckpointError::Store { part: part.clone(), why })?;
         }
         self.replaced();
-        self.take_pins(&c.pins).map_err(|why| CheckpointError::Mismatch { why })
+        self.take_pins(&c.pins).map_err(|why| CheckpointError::Mismatch { why })?;
+        // What this run said of its own start is no matter of the state that it has now.
+        let plan = self.plan().clone();
+        self.judge(&plan, None);
+        Ok(())
     }
 
     /// Hash of tick, lanes, stores and pins: equal hashes, equal bits.

@@ -67,7 +67,7 @@ pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
-    Air, Atmosphere, Beyond, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
+    Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
     ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
 pub use site::{Axes, Site};
@@ -88,11 +88,11 @@ pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
-        AddedMass, Air, Atmosphere, Axes, Beyond, BodyMass, BuildError, Clock, ContactLoad,
-        Direction, Entry, Field, Files, Gravity, Ground, Handle, HingeAccel, HingeState,
-        HingeTorque, Lanes, Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues,
-        PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site, SizedModel,
-        SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction, View, Wrench,
+        AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
+        Entry, Field, Files, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes,
+        Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock,
+        Scenery, Service, SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun,
+        SunState, Surface, Terrain, Traction, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

@@ -33,7 +33,7 @@ pub struct Functions {
     pub overlay: bool,
 }
 
-/// A model cannot be built from these parameters.
+/// A model cannot be built from these parameters; or what a part or a service says of a run, when it begins or in the middle of it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 pub struct BuildError {
@@ -43,17 +43,19 @@ pub struct BuildError {
     pub help: Option<String>,
     /// The parameter at fault, when it is one.
     pub param: Option<String>,
+    /// Said of a run: it stops there. Else it is told once, and the run goes on.
+    pub stops: bool,
 }
 
 impl BuildError {
     /// With a message.
     pub fn new(message: impl Into<String>) -> Self {
-        BuildError { message: message.into(), help: None, param: None }
+        BuildError { message: message.into(), help: None, param: None, stops: false }
     }
     /// What an error of another crate says.
     pub fn of(error: &dyn std::fmt::Display) -> Self {
         let (message, help) = crate::value::told(error);
-        BuildError { message, help, param: None }
+        BuildError { message, help, param: None, stops: false }
     }
     /// With a remedy.
     pub fn help(mut self, help: impl Into<String>) -> Self {
@@ -63,6 +65,11 @@ impl BuildError {
     /// At a parameter.
     pub fn at(mut self, param: impl Into<String>) -> Self {
         self.param = Some(param.into());
+        self
+    }
+    /// Said of a run: whether it stops there.
+    pub fn stopping(mut self, stops: bool) -> Self {
+        self.stops = stops;
         self
     }
 }
@@ -118,6 +125,10 @@ pub trait Model: Sized + Send + Sync + 'static {
 
     /// Makes the model.
     fn build(p: Self::Params) -> Result<Self, BuildError>;
+    /// Outputs that another part has to take up, each with what is lost where none does: a warning of the plan.
+    fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
+        Vec::new()
+    }
     /// Continuous state at the start.
     fn init_x(&self) -> Self::X {
         Self::X::zero()
@@ -201,7 +212,8 @@ pub trait Model: Sized + Send + Sync + 'static {
         d.put(b);
         (Self::X::get(a), Self::D::get(b))
     }
-    /// What is allowed and probably not meant, seen at the start of a run: each a fact with its remedy.
+    /// What is allowed and probably not meant, seen at the start of a run, or of the phase that brings the part: each a fact with its
+    /// remedy. One that [stops](BuildError::stops) refuses the start: it is asked of parts with guards.
     fn remarks(
         &self,
         c: &Clock,
@@ -214,7 +226,8 @@ pub trait Model: Sized + Send + Sync + 'static {
         Vec::new()
     }
     /// What it has to say when the guard `which` fires, before [`Model::fired`]: allowed and probably not meant. It is told once in a
-    /// run for each guard, and the run goes on.
+    /// run for each guard, and the run goes on; or it [stops](BuildError::stops) the run at that instant. What `direct` and `deriv`
+    /// give beyond the guard are still numbers: steps are tried there before the guard is located.
     fn tells(
         &self,
         c: &Clock,

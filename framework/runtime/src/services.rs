@@ -134,7 +134,7 @@ pub trait Terrain: Send + Sync {
         None
     }
     /// Whether p (m, W) lies beside the map and lower than the ground at the nearest place of its edge: nothing holds a part there.
-    fn beyond(&self, p: Vec3) -> Option<Beyond> {
+    fn beyond(&self, p: Vec3) -> Option<crate::BuildError> {
         let [x0, y0, x1, y1] = self.bounds();
         if (x0..=x1).contains(&p.x) && (y0..=y1).contains(&p.y) || !(x0 <= x1 && y0 <= y1) {
             return None;
@@ -148,7 +148,7 @@ pub trait Terrain: Send + Sync {
             p.x, p.y, p.z
         );
         let help = "make the map larger, or end the run before (`stop_when`): beside it nothing is touched";
-        Some(Beyond { told: crate::BuildError::new(fact).help(help), stops: false })
+        Some(crate::BuildError::new(fact).help(help))
     }
     /// Rocks (already part of the heights).
     fn rocks(&self) -> Vec<Rock> {
@@ -225,21 +225,13 @@ pub struct Air {
     pub wind: Vec3,
 }
 
-/// What a service says of a place that its data do not reach.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Beyond {
-    /// Where its data end and where it was asked, with the remedy.
-    pub told: crate::BuildError,
-    /// The run is to stop there; else it is told once and goes on.
-    pub stops: bool,
-}
-
 /// An atmosphere.
 pub trait Atmosphere: Send + Sync {
     /// The air at p (m), W.
     fn air(&self, t: f64, p: Vec3) -> Air;
-    /// Whether p (m, W) lies beyond its data. It is asked at each row for the nodes of the parts that ask for air.
-    fn beyond(&self, _t: f64, _p: Vec3) -> Option<Beyond> {
+    /// Where its data end, when p (m, W) lies beyond, and whether the run [stops](crate::BuildError::stops) there. It is asked at each
+    /// row for the nodes of the parts that ask for air.
+    fn beyond(&self, _t: f64, _p: Vec3) -> Option<crate::BuildError> {
         None
     }
     /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
@@ -335,7 +327,7 @@ impl ServiceObject {
     }
 
     /// What it says of a part at p (m, W) that lies beyond its data.
-    pub fn beyond(&self, t: f64, p: Vec3) -> Option<Beyond> {
+    pub fn beyond(&self, t: f64, p: Vec3) -> Option<crate::BuildError> {
         match self {
             ServiceObject::Atmosphere(o) => o.beyond(t, p),
             ServiceObject::Terrain(o) => o.beyond(p),

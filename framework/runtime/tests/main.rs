@@ -14,4 +14,5 @@ mod pins;
 mod run;
 mod sized;
 mod stepper;
+mod stops;
 mod tap;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Sixty runs of the pendulum, for 0.2 s each.
-const FILE: &str = r#"Campaign(
+pub const FILE: &str = r#"Campaign(
     doc: "A pendulum with unknown friction.",
     simulation: "sim.ron",
     runs: 60,
@@ -24,7 +24,7 @@ const FILE: &str = r#"Campaign(
 )
 "#;
 
-fn lab() -> Lab {
+pub fn lab() -> Lab {
     let lab = Lab::new();
     lab.write("sim.ron", BASE);
     lab.write("c.ron", FILE);
@@ -45,7 +45,7 @@ fn tables(lab: &Lab, out: &str) -> Vec<Vec<u8>> {
 }
 
 /// Column of results.csv by title; the values of these campaigns have no commas.
-fn column(lab: &Lab, out: &str, title: &str) -> Vec<String> {
+pub fn column(lab: &Lab, out: &str, title: &str) -> Vec<String> {
     let text = std::fs::read_to_string(lab.path(&format!("{out}/results.csv"))).unwrap();
     let mut lines = text.lines();
     let k = lines.next().unwrap().split(',').position(|t| t == title);
@@ -53,7 +53,7 @@ fn column(lab: &Lab, out: &str, title: &str) -> Vec<String> {
     lines.map(|l| l.split(',').nth(k).unwrap().to_string()).collect()
 }
 
-fn numbers(lab: &Lab, out: &str, title: &str) -> Vec<f64> {
+pub fn numbers(lab: &Lab, out: &str, title: &str) -> Vec<f64> {
     column(lab, out, title).iter().map(|t| t.parse().unwrap()).collect()
 }
 
@@ -563,7 +563,7 @@ fn every_way_of_sampling_makes_a_campaign() {
 }
 
 /// The first runs of a campaign that ships, as `c.ron`.
-fn first_runs(lab: &Lab, folder: &str, name: &str, runs: usize) {
+pub fn first_runs(lab: &Lab, folder: &str, name: &str, runs: usize) {
     let folder = root().join("sims").join(folder);
     let text = std::fs::read_to_string(folder.join(name)).unwrap();
     let sim = folder.join("sim.ron").display().to_string();

@@ -123,7 +123,7 @@ fn graphs_parse() {
 #[test]
 fn the_page_holds_every_phase_part_and_wire() {
     let lab = Lab::new();
-    for (name, phases) in [(coarse(&lab), 1), (sim("staging"), 3), (sim("mars_edl"), 11)] {
+    for (name, phases) in [(coarse(&lab), 1), (sim("staging"), 3), (sim("mars_edl"), 12)] {
         let page = lab.linkwork(&["graph", &name, "--format", "html"]).code(0).out;
         assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
         // Nothing is fetched from elsewhere.

@@ -13,6 +13,7 @@ mod live;
 mod log_rows;
 mod make;
 mod replay;
+mod requirements;
 mod run_time;
 mod same_bits;
 #[path = "../../../tests/common/splitmix.rs"]

@@ -60,6 +60,45 @@ fn a_number_that_is_none_stops_too() {
     assert!(read_log(&lab.path("out/run.mcap")).is_ok());
 }
 
+/// A satellite-like fall through the end of a canopy's table: the run ends at that instant with the part, the fact and the remedy; a
+/// run that goes on from before comes to the same end. A start there is no start.
+#[test]
+fn a_model_stops_the_run_with_its_words() {
+    let lab = Lab::new();
+    let text = |speed: f64| {
+        format!(
+            r#"Simulation(
+    bodies: {{ "pack": (parent: "world", hinge: Free, mass: 1e6, inertia: [10, 10, 10], initial: (position: [0, 0, 9000], velocity: [0, 0, -{speed}])) }},
+    parts: {{
+        "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -50] }}),
+        "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "temperature": 210 }}),
+        "Canopy": (model: "flight.canopy", params: {{ "diameter": 1, "packed": 0.1, "start": "90 s", "efficiency": [[0, 1], [1, 0.8]], "outside": stop }}, bind: {{ "canopy": "node:pack" }}),
+    }},
+    step: "10 ms", integrator: "rk4", until: "5 s",
+    log: [(channels: ["Canopy.**"], rate: "10 Hz")],
+)"#
+        )
+    };
+    lab.write("sim.ron", &text(200.0));
+    lab.linkwork(&["check", "sim.ron"]).code(0);
+    let words = [
+        "`Canopy`: Mach 1.0000 is beyond the rows of `efficiency`, which end at 1",
+        "help: extend the rows, or write `outside: clamp`",
+    ];
+    let said = lab.run("sim.ron", "out", &[]).code(1).tells(&words).tells(&["t = 0.6"]);
+    assert!(said.err.matches("error: ").count() == 1 && !said.err.contains("NaN"), "{}", said.err);
+    assert!(said.err.matches("Mach 1.0000").count() == 1, "{}", said.err);
+    let summary = lab.summary("out");
+    assert!(summary["ended"]["failed"].as_str().unwrap().contains(words[0]), "{summary}");
+    lab.resume("out/before_failure.lwck", "again", &[]).code(1).tells(&words);
+    assert_eq!(lab.hash("again"), lab.hash("out"), "the end is not repeated bit by bit");
+    lab.write("late.ron", &text(300.0));
+    for verb in ["check", "run"] {
+        let said = lab.linkwork(&[verb, "late.ron"]).code(1);
+        said.tells(&["t = 0 s: `Canopy`: Mach 1.2", words[1]]);
+    }
+}
+
 fn ended(child: Child) -> Said {
     child.wait_with_output().unwrap().into()
 }

@@ -122,8 +122,9 @@ fn mars_entry_with_three_degrees_of_freedom() {
     azimuth.below(1e-6, "3 dof, azimuth, deg");
     density.below(1e-6, "3 dof, density, relative");
     last.below(2e-3, "3 dof, place at the end in the planet's axes, m");
-    // Faster than the last Mach number of the table at first: clamped, and told when it comes in.
+    // Faster than the last Mach number of the table at first: clamped, which is a remark at the start, and seen when it comes in.
     assert_eq!(sim.get("Aero.outside").unwrap(), 1.0);
+    assert!(sim.take_notices().is_empty());
 }
 
 /// Rows of 1 s, as others step: tables, bank profile and winds have corners within them, at which the integrator of order 8

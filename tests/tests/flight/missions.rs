@@ -380,6 +380,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let mut cuts = vec![963.34, 971.5, 976.5, 979.5];
     let (mut touched, mut wrong, mut off_place) = (None, [Worst(0.0); 4], 0.0);
     let (mut hangs, mut leans) = (0.0_f64, Worst(0.0));
+    let (mut shield, mut shell, mut path) = (0.0, 0.0, 0.0);
     while sim.before(seconds(981.0)) {
         sim.step_event().unwrap();
         if let Ok(d) = sim.get("Aero.force") {
@@ -391,6 +392,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         if sim.get("Riser.legs").is_ok_and(|n| n > 0.0) && sim.phase() != "powered" {
             hangs = hangs.max(sim.get("Riser.angle").unwrap());
         }
+        shield = sim.get("ShieldWatch.least").unwrap_or(shield);
+        shell = sim.get("ShellWatch.least").unwrap_or(shell);
         if sim.phase() == "sky_crane" {
             let z = rotation(&sim, "stage") * Vec3::z();
             leans.take(z.xy().norm());
@@ -399,6 +402,9 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
             phase = sim.phase().to_string();
             if sim.get("Navigation.height").is_ok() {
                 println!("{phase}: {}", errors(&sim));
+            }
+            if phase == "entry" {
+                path = sim.get("Ground.path_angle").unwrap().to_degrees();
             }
             let of_stage = |name: &str| sim.get(name).unwrap_or(0.0);
             told.push((
@@ -450,7 +456,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         ("powered", 314.5, 1.62, 77.9),
         ("sky_crane", 360.6, 0.0197, 0.76),
         ("fly_away", 376.1, 0.0089, 0.52),
-        ("driving", 379.6, 0.0, 0.0),
+        ("driving", 379.8, 0.06, 30.8),
     ];
     assert_eq!(told.len(), want.len(), "{told:?}");
     for ((phase, t, height, speed), w) in told.iter().zip(want) {
@@ -484,12 +490,17 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     speed.below(3.5, "error of the velocity, deviations");
     place.below(3.0, "error of the place, deviations");
     tilt.below(4.0, "error of the attitude, deviations");
+    println!("path {path}° at the entry; shield {shield} m, shell {shell} m off at least");
+    assert!((path + 15.5).abs() < 0.1, "{path}");
+    // Once 2 m and 1 m off, what is thrown off comes no nearer.
+    assert!((2.0..2.3).contains(&shield) && (1.0..2.0).contains(&shell), "{shield} {shell}");
     // The bodies of the rover, without mast and harness, get hinges of their own.
     let moves = sim.take_moves();
     assert_eq!(moves.len(), 10);
     let crane = moves.iter().find(|m| m.1.contains("→ `sky_crane`")).unwrap();
     let hinges = crane.2.notes.iter().find(|n| n.starts_with("on another hinge")).unwrap();
     assert_eq!(hinges.split(", ").count(), 15, "{hinges}");
+    books_are_kept(&moves);
     snapshots.push(Snapshot::of(&sim));
     // From the beginning of any phase, and from between, a new instance goes on to the bits of the next.
     let mut again = common::repository("mars_edl/sim.ron", &COARSE).unwrap();
@@ -503,12 +514,18 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     // In its own coordinates it comes down where it wants to; on Mars, where its navigation is wrong by.
     let landed = get(&sim, "Rover.Hardware.Chassis/chassis.position");
     assert!(off_place < 0.3 && landed.xy().norm() < 4.0, "{off_place} m, {landed}");
-    // It stands, and drives to where it was told to.
+    // It stands, and drives to where it was told to; meanwhile the stage comes down.
+    let (mut away, mut fallen) = (0.0, 0.0);
     while sim.before(seconds(1050.0))
         && !sim.get("Rover.NavigationSoftware.Follower.done").is_ok_and(|d| d > 0.5)
     {
         sim.step_event().unwrap();
+        if let Ok(distance) = sim.get("StageWatch.clearance") {
+            (away, fallen) = (distance, sim.time() - entry);
+        }
     }
+    println!("the stage comes down {away} m away, {fallen} s after entry");
+    assert!(sim.phase() == "alone" && away > 150.0, "{away}");
     sim.run_until(seconds(sim.time().ceil() + 6.0)).unwrap();
     let place = get(&sim, "Rover.Hardware.Chassis/chassis.position");
     assert!((place.xy() - Vec3::new(8.0, 2.0, 0.0).xy()).norm() < 0.6, "{place}");
@@ -523,6 +540,36 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     let moved = get(&sim, "Rover.Hardware.Chassis/chassis.position") - place;
     println!("drifts at {:e} m/s", moved.norm() / 10.0);
     assert!(moved.norm() / 10.0 < 1e-6, "{moved}");
+}
+
+/// Whatever was let go of: momentum, and angular momentum about the point that is told, are after it what they were before.
+fn books_are_kept(moves: &[(f64, String, linkwork_runtime::MoveReport)]) {
+    let vector = |text: &str| {
+        let inner = text.split_once('(').unwrap().1.split_once(')').unwrap();
+        let row: Vec<f64> = inner.0.split(", ").map(|x| x.parse().unwrap()).collect();
+        (Vec3::from_column_slice(&row), inner.1.to_string())
+    };
+    let mut parted = 0;
+    // What leaves the simulation takes its own with it.
+    let all = |m: &&(f64, String, linkwork_runtime::MoveReport)| {
+        !m.2.notes.iter().any(|n| n.starts_with("gone"))
+    };
+    for (t, why, report) in moves.iter().filter(all) {
+        for note in report.notes.iter().filter(|n| n.contains("momentum (")) {
+            println!("{t:.2} s {why}: {note}");
+            let rest = note.split_once("momentum ").unwrap().1.to_string();
+            let (p0, rest) = vector(&rest);
+            let (p1, rest) = vector(&rest);
+            let (_, rest) = vector(&rest);
+            let (h0, rest) = vector(&rest);
+            let (h1, _) = vector(&rest);
+            assert!((p1 - p0).norm() < 1e-9 * p0.norm(), "{why}: {p0} {p1}");
+            assert!((h1 - h0).norm() < 1e-9 * h0.norm().max(p0.norm()), "{why}: {h0} {h1}");
+            parted += 1;
+        }
+    }
+    // The cruise stage, the ballast, the heat shield.
+    assert_eq!(parted, 3);
 }
 
 /// Weight of a kilogram where the rover of `sims/mars_edl` lands, N: zonal gravity less the centrifugal force.

@@ -70,8 +70,10 @@ fn a_canopy_beyond_its_table_tells_so_or_stops_the_run() {
     has(&told(&mut sim), 2.005, &["`Canopy`: Mach 3.88", "which end at 2.6", "`outside: stop`"]);
     assert_eq!(sim.get("Canopy.state.outside").unwrap(), 1.0);
     let mut sim = scene(&text("stop"), &[]).unwrap();
-    let e = sim.run_until(seconds(10.0)).unwrap_err().to_string();
-    assert!(e.contains("t = 2.0") && e.contains("NaN"), "{e}");
+    let e = sim.run_until(seconds(10.0)).unwrap_err();
+    assert!((e.time - 2.005).abs() < 1e-9 && e.path == "Canopy", "{e}");
+    assert!(e.message.contains("`Canopy`: Mach 3.88") && e.message.contains("end at 2.6"), "{e}");
+    assert!(e.help.unwrap().contains("extend the rows") && told(&mut sim).is_empty());
 }
 
 /// A satellite through the end of the standard atmosphere: 1000 km at 28.4 s. It is told at the first row behind.

@@ -169,3 +169,44 @@ fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
         assert!(told.contains(part), "{part}: {told}");
     }
 }
+
+/// `slosh: apart` of a tank takes the mass that swings out of it: where no part takes it up it is gone, which the plan tells with place
+/// and remedy; wired, or settled, there is nothing to tell.
+#[test]
+fn a_tank_whose_swinging_mass_nobody_takes_is_told() {
+    let text = |slosh: &str, swing: &str, wires: &str| {
+        format!(
+            r#"Simulation(
+    bodies: {{
+        "craft": (parent: "world", hinge: Free, mass: 300, inertia: [90, 120, 70], initial: {{}}),
+        "swing": (parent: "craft", hinge: Chain([Slider([1, 0, 0]), Slider([0, 1, 0])]), mass: 0.1, inertia: [0, 0, 0]),
+    }},
+    parts: {{
+        "Press": (model: "basics.constant", params: {{ "value": 3 }}),
+        "Tank": (model: "flight.propellant_tank", params: {{ "propellant": 60, "radius": 0.4, "slosh": {slosh} }}, bind: {{ "bottom": "node:craft" }}),
+        {swing}
+    }},
+    wires: [{wires}],
+    gravity: "none", step: "10 ms", integrator: "rk4", until: "1 s",
+)"#
+        )
+    };
+    let told = |text: &str| scene(text, &[]).unwrap().plan().warnings.clone();
+    let alone = told(&text("apart", "", ""));
+    assert_eq!(alone.len(), 1, "{alone:?}");
+    let message = &alone[0].message;
+    assert!(message.contains("`Tank.swinging`: the mass of the first slosh mode"), "{message}");
+    assert!(alone[0].help.as_ref().unwrap().contains("`slosh: settled`"));
+    assert_ne!(alone[0].origin, linkwork_runtime::Origin::NONE);
+    assert!(told(&text("settled", "", "")).is_empty());
+    let swing = r#""Slosh": (model: "flight.slosh", bind: { "swing": "node:swing", "x": "hinge:swing[0]", "y": "hinge:swing[1]" }),"#;
+    let wires = r#""Press.y -> Slosh.acceleration", "Tank.swinging -> Slosh.swinging", "Tank.swing_height -> Slosh.swing_height", "Tank.swing_stiffness -> Slosh.swing_stiffness""#;
+    assert!(told(&text("apart", swing, wires)).is_empty());
+    // Through a delay, too.
+    let wires = wires.replacen(
+        r#""Tank.swinging -> Slosh.swinging""#,
+        r#"(wire: "Tank.swinging -> Slosh.swinging", delay: 1)"#,
+        1,
+    );
+    assert!(told(&text("apart", swing, &wires)).is_empty());
+}

@@ -124,3 +124,83 @@ fn too_fast_near_the_target_it_backs_away() {
     // Single pulses of 2 mm/s hold it there.
     assert!((end + Vec3::y() * 200.0).norm() < 0.05 && rest.norm() < 4e-3, "{end} {rest}");
 }
+
+/// The last metres with what they do to the target: the plumes of the braking jets push it on by their impulse, then latches, springs and
+/// dampers take the energy that two bodies of 500 kg and 2 t bring, and they are locked without an impact.
+#[test]
+fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
+    let mut sim = repository("docking/soft_capture.ron", &[]).unwrap();
+    let place = get(&sim, "target.position");
+    let free = PointMotion { position: place, velocity: velocity(&sim, "target") };
+    // Radial and along the motion, N, at an instant; impulses from stop to stop.
+    let along = |sim: &Simulation| {
+        let load = get(sim, "Plume1.load.force") + get(sim, "Plume2.load.force");
+        let (x, v) = (get(sim, "target.position").normalize(), velocity(sim, "target"));
+        let y = x.cross(&v).normalize().cross(&x);
+        [x.dot(&load), y.dot(&load)]
+    };
+    let (mut last, mut pulses) = ((0.0, [0.0; 2]), Vec::new());
+    let (mut blown, mut most, mut before) = (0.0, 0.0_f64, None);
+    while sim.phase() == "approach" {
+        blown = sim.get("PlumeImpulse.y").unwrap();
+        let now = (sim.time(), along(&sim));
+        let pulse = [0, 1].map(|k| 0.5 * (now.1[k] + last.1[k]) * (now.0 - last.0) / 2000.0);
+        pulses.push((now.0, pulse));
+        last = now;
+        most = most.max(sim.get("PlumeForce.y").unwrap());
+        let of_target = (get(&sim, "target.position"), velocity(&sim, "target"));
+        before = Some((sim.time(), beside(&sim, "target", "chaser"), of_target));
+        sim.step_event().unwrap();
+    }
+    let (row, (r, v), (place_of_target, target)) = before.unwrap();
+    let fallen = propagate(MU, &free, row).unwrap();
+    // Clohessy and Wiltshire: what is pushed along the motion drifts up and falls back.
+    let n = (MU / free.position.norm().powi(3)).sqrt();
+    let up = fallen.position.normalize();
+    let normal = fallen.position.cross(&fallen.velocity).normalize();
+    let off = place_of_target - fallen.position;
+    let turning = target - fallen.velocity - normal.cross(&off) * n;
+    let pushed = turning.dot(&normal.cross(&up));
+    let drift = |(t, [x, y]): &(f64, [f64; 2])| {
+        let (sine, cosine) = (n * (row - t)).sin_cos();
+        y * (4.0 * cosine - 3.0) - 2.0 * sine * x
+    };
+    let by_pulses: f64 = pulses.iter().map(drift).sum();
+    println!(
+        "{row} s: at {r:?}, {v:?}; plumes {blown} N s, {most} N: target pushed by {pushed} m/s"
+    );
+    println!("{by_pulses} m/s by the pulses");
+    assert!((pushed / by_pulses - 1.0).abs() < 1e-3, "{pushed} {by_pulses}");
+    assert!(most > 0.1 && most < 10.0, "two jets of 5 N at most: {most}");
+    assert_eq!(sim.phase(), "soft_capture");
+    // The springs are as long as the ports are apart when the latches catch: what they hold then is taken, too.
+    let port = |body: &str, y: f64| {
+        get(&sim, &format!("{body}.position")) + rotation(&sim, body) * Vec3::new(0.0, y, 0.0)
+    };
+    let place = rotation(&sim, "target").inverse() * (port("chaser", 1.0) - port("target", -1.5));
+    let turn = rotation(&sim, "target").angle_to(&rotation(&sim, "chaser"));
+    let held =
+        0.5 * Vec3::new(200.0, 400.0, 200.0).component_mul(&place).dot(&place) + 30.0 * turn * turn;
+    assert!((place.norm() - 0.02).abs() < 1e-9, "{place}");
+    let (_, met) = beside(&sim, "target", "chaser");
+    let (mut force, mut taken) = (0.0_f64, 0.0);
+    while sim.phase() == "soft_capture" {
+        sim.step_event().unwrap();
+        force = force.max(sim.get("Capture.force").unwrap_or(0.0));
+        taken = sim.get("Capture.taken").unwrap_or(taken);
+    }
+    // Reduced mass 400 kg; the bodies turn a little.
+    let brought = 0.5 * 400.0 * met.norm_squared() + held;
+    let t = sim.time();
+    println!("{force} N, {taken} J of {brought} J, locked at {t} s, {}", sim.phase());
+    assert!((taken / brought - 1.0).abs() < 0.02, "{taken} {brought}");
+    // Springs of 200 and 400 N/m over 2 cm, dampers at the speed that is left.
+    assert!(force > 2.0 && force < 8.0 + 560.0 * met.norm(), "{force}");
+    let moves = sim.take_moves();
+    let books = moves.iter().flat_map(|m| &m.2.notes).find(|n| n.contains("energy")).unwrap();
+    println!("{books}");
+    sim.run_until(seconds(500.0)).unwrap();
+    assert_eq!(sim.phase(), "docked");
+    let held = get(&sim, "chaser.position");
+    assert!((held - Vec3::new(0.0, -2.5, 0.0)).norm() < 0.02, "{held}");
+}

@@ -94,19 +94,18 @@ pub fn gusty(atmosphere: &Handle<dyn Atmosphere>, t: f64, p: &Vec3, gust: &Vec3)
 pub enum Outside {
     /// Go on with the value at the end; that it happened is an event and stays to be seen in `outside`.
     Clamp,
-    /// Stop the run: the load is no number there, and the run says which.
+    /// Stop the run at that instant with what was left and where; a run that begins there is refused.
     Stop,
 }
 
 impl Outside {
-    /// The load itself, or none that a run could go on with.
-    pub fn apply(self, load: Wrench, inside: f64) -> Wrench {
-        match self {
-            Outside::Stop if !(inside >= 0.0) => {
-                Wrench { moment: Vec3::repeat(f64::NAN), force: Vec3::repeat(f64::NAN) }
-            }
-            _ => load,
-        }
+    /// What is said of a flow beyond the end, which stops the run or not: the `fact`; what is `taken` there; what else the user may do.
+    pub fn says(self, fact: String, taken: &str, remedy: &str) -> BuildError {
+        let help = match self {
+            Outside::Clamp => format!("{taken} taken; {remedy}, or write `outside: stop`"),
+            Outside::Stop => format!("{remedy}, or write `outside: clamp`: {taken} taken then"),
+        };
+        BuildError::new(fact).help(help).at("outside").stopping(self == Outside::Stop)
     }
 }
 

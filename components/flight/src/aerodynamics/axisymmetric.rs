@@ -6,7 +6,7 @@
 //! q̇ = k √(ρ/r_n) V³      Q = ∫ q̇ dt              heat at the stagnation point (Sutton, Graves)
 //! ```
 //! Positive C_m raises the nose at positive α; a stable shell has a negative one. Tables are linear
-//! between their points; where they end, `outside` says what happens.
+//! between their points; where they end, `outside` says what happens: the value at the end, or an end of the run at that instant.
 
 use super::air_data::{AirData, Outside};
 use crate::table::Surface;
@@ -68,7 +68,7 @@ pub struct BodyIn {
 }
 
 /// Load and flow.
-#[derive(Ports, Clone, Copy, Debug)]
+#[derive(Ports, Clone, Copy, Debug, PartialEq)]
 pub struct AxisymmetricOut {
     /// Force and moment at the node.
     #[port(bind = "body")]
@@ -127,23 +127,47 @@ pub struct Left {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Edge {
     /// How far inside the range of the coefficients, as a share of its width.
-    #[port("1")]
+    #[port("1", falling)]
     pub inside: f64,
+    /// The same, for a flow that comes in: the corner that the coefficients have there.
+    #[port("1", rising)]
+    pub comes_in: f64,
+}
+
+impl Edge {
+    /// Of a flow so far inside.
+    pub(super) fn at(inside: f64) -> Edge {
+        Edge { inside, comes_in: inside }
+    }
+}
+
+/// The guard at which a flow leaves, by its place in [`Edge`].
+pub(super) const LEAVES: usize = 0;
+
+/// What is said of a flow that `does` so to the tables, at a place that `reach` compares with their ends.
+fn beyond(outside: Outside, does: &str, reach: impl FnOnce() -> String) -> BuildError {
+    let fact = format!("the flow {does} {}", reach());
+    outside.says(fact, "the value at the end is", "extend the tables")
 }
 
 /// What is said of a flow that begins outside the tables.
-pub(super) fn remark(inside: f64) -> Vec<BuildError> {
-    let fact = format!("the flow begins outside the tables, by {:.3} of their width", -inside);
-    let help = "the value at the end is taken; extend the tables, or write `outside: stop`";
-    let outside = inside < 0.0;
-    outside.then(|| BuildError::new(fact).help(help).at("outside")).into_iter().collect()
+pub(super) fn remark(
+    outside: Outside,
+    inside: f64,
+    reach: impl FnOnce() -> String,
+) -> Vec<BuildError> {
+    let begins = || beyond(outside, "begins outside the tables,", reach);
+    (inside < 0.0).then(begins).into_iter().collect()
 }
 
-/// What is said of a flow that leaves the tables.
-pub(super) fn leaves(mach: f64, was: &Left) -> Option<BuildError> {
-    let fact = format!("the flow leaves the tables, at Mach {mach:.4}");
-    let help = "the value at the end is taken; extend the tables, or write `outside: stop`";
-    (!was.outside).then(|| BuildError::new(fact).help(help).at("outside"))
+/// What is said of a flow that leaves the tables; that it comes in is an event without words.
+pub(super) fn leaves(
+    outside: Outside,
+    which: usize,
+    reach: impl FnOnce() -> String,
+    was: &Left,
+) -> Option<BuildError> {
+    (which == LEAVES && !was.outside).then(|| beyond(outside, "leaves the tables,", reach))
 }
 
 /// What coefficients of an axisymmetric body are multiplied with.
@@ -213,6 +237,22 @@ impl Axisymmetric {
     }
 }
 
+impl Axisymmetric {
+    /// Where a flow is, and where the tables end.
+    fn reach(&self, a: &AirData) -> String {
+        let ends = |points: &[f64]| [points[0], points[points.len() - 1]];
+        let [low, high] = ends(&self.p.angles).map(f64::to_degrees);
+        let total = a.alpha_total.to_degrees();
+        let by_mach = |machs: &[f64]| {
+            let [first, last] = ends(machs);
+            format!(", and Mach {first} to {last}, here Mach {:.4}", a.mach)
+        };
+        let machs = &self.p.machs;
+        let by_mach = if machs.len() > 1 { by_mach(machs) } else { String::new() };
+        format!("which have angles of {low:.2} to {high:.2} deg, here {total:.2} deg{by_mach}")
+    }
+}
+
 /// Force and moment of a capsule by tables over total angle of attack and Mach number, with stagnation heating.
 #[model("flight.axisymmetric_aerodynamics")]
 impl Model for Axisymmetric {
@@ -238,10 +278,9 @@ impl Model for Axisymmetric {
         Passed { heat_load: x.load, outside: d.outside }
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
-        let (a, inside) = self.air(c.t, u);
+        let (a, _) = self.air(c.t, u);
         let coefficients = [0, 1, 2].map(|k| self.tables[k].at(a.alpha_total, a.mach));
-        let y = self.scales.loaded(&a, &u.body.rotation, coefficients);
-        AxisymmetricOut { load: self.p.outside.apply(y.load, inside), ..y }
+        self.scales.loaded(&a, &u.body.rotation, coefficients)
     }
     fn deriv(
         &self,
@@ -256,7 +295,7 @@ impl Model for Axisymmetric {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge { inside: self.air(c.t, u).1 }
+        Edge::at(self.air(c.t, u).1)
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
@@ -264,16 +303,17 @@ impl Model for Axisymmetric {
     fn tells(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &Heat,
         d: &Left,
         _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        leaves(self.air(c.t, u).0.mach, d)
+        leaves(self.p.outside, which, || self.reach(&self.air(c.t, u).0), d)
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
-        remark(self.air(c.t, u).1)
+        let (a, inside) = self.air(c.t, u);
+        remark(self.p.outside, inside, || self.reach(&a))
     }
 }
 
@@ -357,14 +397,29 @@ mod tests {
         let v = Vec3::new(400.0, 0.0, 300.0);
         let clamped = at(&capsule(Outside::Clamp), v, Vec3::zeros());
         assert!((clamped.load.force.x + 1.3 * clamped.dynamic_pressure * 4.0).abs() < 1e-9);
-        assert!(at(&capsule(Outside::Stop), v, Vec3::zeros()).load.force.x.is_nan());
-        assert!(at(&capsule(Outside::Stop), Vec3::x() * 9.0, Vec3::zeros()).load.force.x < 0.0);
-        let m = capsule(Outside::Clamp);
+        // What a step finds that is tried beyond; the run stops by what is said.
+        assert_eq!(at(&capsule(Outside::Stop), v, Vec3::zeros()), clamped);
         let body = NodeState { velocity: v, ..NodeState::identity() };
+        let u = BodyIn { body, gust: Vec3::zeros() };
         let (c, x, d) = (Clock::at(0.0, 0.01, 0), Heat { load: 3.0 }, Left { outside: false });
-        assert!(m.guards(&c, &x, &d, &(), &BodyIn { body, gust: Vec3::zeros() }, &()).inside < 0.0);
-        let (x, d) = m.fired(&c, 0, &x, &d, &(), &BodyIn { body, gust: Vec3::zeros() }, &mut ());
+        for (outside, stops) in [(Outside::Clamp, false), (Outside::Stop, true)] {
+            let m = capsule(outside);
+            assert!(m.guards(&c, &x, &d, &(), &u, &()).inside < 0.0);
+            let (told, begins) = (
+                m.tells(&c, 0, &x, &d, &(), &u, &()).unwrap(),
+                m.remarks(&c, &x, &d, &(), &u, &()),
+            );
+            for (told, does) in [(&told, "leaves"), (&begins[0], "begins outside")] {
+                let words = format!(
+                    "the flow {does} the tables, which have angles of 0.00 to 22.92 deg, here 36.87 deg"
+                );
+                assert!(told.stops == stops && told.message == words, "{}", told.message);
+            }
+        }
+        let m = capsule(Outside::Clamp);
+        let (x, d) = m.fired(&c, 0, &x, &d, &(), &u, &mut ());
         let y = m.moore(&c, &x, &d, &());
         assert!(y.outside && y.heat_load == 3.0);
+        assert!(m.tells(&c, 0, &x, &d, &(), &u, &()).is_none(), "it is said once");
     }
 }

@@ -8,7 +8,7 @@
 //! S, c̄, b  referenceWingArea, referenceWingChord, referenceWingSpan of the file
 //! ```
 //! The file's units are converted to SI. Its static shots are run when it is loaded, and a file that
-//! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps or stops.
+//! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps, or the run stops.
 
 use super::air_data::{AirData, Outside};
 use super::axisymmetric::{Edge, Left, leaves, remark};
@@ -236,6 +236,13 @@ impl DaveAerodynamics {
         self.evaluate(&self.air(t, u), &u.controls).1
     }
 
+    /// Where a flow is that is beyond the tables of the file.
+    fn reach(&self, a: &AirData) -> String {
+        let [alpha, beta] = [a.alpha, a.beta].map(f64::to_degrees);
+        let name = &self.p.model.name;
+        format!("those of {name}, at Mach {:.4}, α {alpha:.2} deg, β {beta:.2} deg", a.mach)
+    }
+
     fn evaluate(&self, a: &AirData, controls: &[f64; CONTROLS]) -> ([f64; RESULTS.len()], f64) {
         let mut memory = [0.0; VARIABLES];
         let values = &mut memory[..self.start.len()];
@@ -388,7 +395,7 @@ impl Model for DaveAerodynamics {
     }
     fn direct(&self, c: &Clock, _: &(), _: &Left, u: &DaveIn) -> DaveOut {
         let a = self.air(c.t, u);
-        let (r, inside) = self.evaluate(&a, &u.controls);
+        let r = self.evaluate(&a, &u.controls).0;
         let (s, co) = a.alpha.sin_cos();
         let force = if self.stability {
             Vec3::new(-r[4] * co + r[3] * s, r[1], -r[4] * s - r[3] * co)
@@ -400,10 +407,11 @@ impl Model for DaveAerodynamics {
         let qs = a.pressure * area;
         let arms = Vec3::new(span, chord, span);
         let R = u.body.rotation;
-        let load =
-            Wrench { moment: R * (moment.component_mul(&arms) * qs), force: R * (force * qs) };
         DaveOut {
-            load: self.p.outside.apply(load, inside),
+            load: Wrench {
+                moment: R * (moment.component_mul(&arms) * qs),
+                force: R * (force * qs),
+            },
             force_coefficient: force,
             moment_coefficient: moment,
             airspeed: a.speed,
@@ -414,7 +422,7 @@ impl Model for DaveAerodynamics {
         }
     }
     fn guards(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Edge {
-        Edge { inside: self.inside(c.t, u) }
+        Edge::at(self.inside(c.t, u))
     }
     fn fired(&self, _: &Clock, _: usize, _: &(), _: &Left) -> ((), Left) {
         ((), Left { outside: true })
@@ -422,16 +430,16 @@ impl Model for DaveAerodynamics {
     fn tells(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &(),
         d: &Left,
         _: &(),
         u: &DaveIn,
     ) -> Option<BuildError> {
-        leaves(self.air(c.t, u).mach, d)
+        leaves(self.p.outside, which, || self.reach(&self.air(c.t, u)), d)
     }
     fn remarks(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Vec<BuildError> {
-        remark(self.inside(c.t, u))
+        remark(self.p.outside, self.inside(c.t, u), || self.reach(&self.air(c.t, u)))
     }
 }
 
@@ -493,7 +501,18 @@ mod tests {
         let want = Vec3::new(-0.1 * c + 0.5 * s, 0.0, -0.1 * s - 0.5 * c) * qs;
         assert!((y.load.force - want).norm() < 1e-9 * qs, "{} {want}", y.load.force);
         assert!((y.load.moment - Vec3::y() * (-0.02 * 0.5 * qs)).norm() < 1e-9 * qs);
-        assert!(at(&m, 0.5, 0.0).load.force.x.is_nan(), "28° are beyond the table, and it stops");
+        // 28.65° are beyond the table: tried there, it holds the end; by what it says the run stops.
+        let (end, beyond) = (at(&m, 20f64.to_radians(), 0.0), at(&m, 0.5, 0.0));
+        assert!((end.force_coefficient.norm() - beyond.force_coefficient.norm()).abs() < 1e-12);
+        let velocity = Vec3::new(0.5f64.cos(), 0.0, 0.5f64.sin()) * 100.0;
+        let body = NodeState { velocity, ..NodeState::identity() };
+        let u = DaveIn { body, controls: [0.0; CONTROLS], gust: Vec3::zeros() };
+        let (c, d) = (Clock::at(0.0, 0.01, 0), Left { outside: false });
+        assert!(m.guards(&c, &(), &d, &(), &u, &()).inside < 0.0);
+        let told = m.tells(&c, 0, &(), &d, &(), &u, &()).unwrap();
+        let words = "leaves the tables, those of wing.dml, at Mach 0.2941, α 28.65 deg, β 0.00 deg";
+        assert!(told.stops && told.message.contains(words), "{}", told.message);
+        assert!(m.remarks(&c, &(), &d, &(), &u, &())[0].stops);
     }
 
     #[test]

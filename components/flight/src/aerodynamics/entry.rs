@@ -6,7 +6,7 @@
 //! q̇ = k √(ρ/r_n) V³      Q = ∫ q̇ dt
 //! ```
 //! C_D and L/D are tables over Mach number, linear, clamped at their ends; that the flow left them is an
-//! event. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
+//! event, at which `outside` says whether the run stops. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
 
 use super::air_data::{AirData, Outside, gusty};
 use super::axisymmetric::{Edge, Heat, Left, Passed, leaves, remark};
@@ -114,8 +114,16 @@ impl EntryAerodynamics {
         self.drag.inside(mach).min(self.ratio.inside(mach))
     }
 
-    fn edge(&self, t: f64, u: &EntryIn) -> f64 {
-        self.inside(AirData::met(&self.p.atmosphere, t, &u.body, &Vec3::zeros(), &u.gust).mach)
+    fn mach(&self, t: f64, u: &EntryIn) -> f64 {
+        AirData::met(&self.p.atmosphere, t, &u.body, &Vec3::zeros(), &u.gust).mach
+    }
+
+    /// Where a flow is, and where the tables end.
+    fn reach(&self, mach: f64) -> String {
+        let ([a, b], [c, d]) = (self.drag.ends(), self.ratio.ends());
+        format!(
+            "`drag` from Mach {a} to {b} and `lift_to_drag` from {c} to {d}, here Mach {mach:.4}"
+        )
     }
 }
 
@@ -148,7 +156,7 @@ impl Model for EntryAerodynamics {
         let up = p.atmosphere.site().map_or(u.body.position, from_centre);
         let force = force(&through, &up, u.bank, lift, drag);
         EntryOut {
-            load: p.outside.apply(Wrench { moment: Vec3::zeros(), force }, self.inside(a.mach)),
+            load: Wrench { moment: Vec3::zeros(), force },
             lift,
             drag,
             airspeed: a.speed,
@@ -172,7 +180,7 @@ impl Model for EntryAerodynamics {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Edge {
-        Edge { inside: self.edge(c.t, u) }
+        Edge::at(self.inside(self.mach(c.t, u)))
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
@@ -180,16 +188,17 @@ impl Model for EntryAerodynamics {
     fn tells(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &Heat,
         d: &Left,
         _: &(),
         u: &EntryIn,
     ) -> Option<BuildError> {
-        leaves(AirData::met(&self.p.atmosphere, c.t, &u.body, &Vec3::zeros(), &u.gust).mach, d)
+        leaves(self.p.outside, which, || self.reach(self.mach(c.t, u)), d)
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Vec<BuildError> {
-        remark(self.edge(c.t, u))
+        let mach = self.mach(c.t, u);
+        remark(self.p.outside, self.inside(mach), || self.reach(mach))
     }
 }
 

@@ -10,7 +10,7 @@
 //! Mach 3 it is 5 % too high for air, and below the flow is not Newtonian.
 
 use super::air_data::{AirData, Outside};
-use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, Left, Passed, Scales};
+use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, LEAVES, Left, Passed, Scales};
 use super::sphere_cone::{SphereCone, base_pressure, pressure_max};
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
@@ -83,9 +83,8 @@ impl SphereConeShell {
             "the flow {does} at a total angle of attack of {total:.2} deg, above the half-angle of {half:.2} deg: \
              it does not wet all of the fore-body"
         );
-        let help = "the coefficients at the half-angle are taken; write `outside: stop`, or take \
-                    `flight.panel_aerodynamics` with a mesh";
-        BuildError::new(fact).help(help).at("outside")
+        let remedy = "take `flight.panel_aerodynamics` with a mesh";
+        self.p.outside.says(fact, "the coefficients at the half-angle are", remedy)
     }
 }
 
@@ -116,15 +115,14 @@ impl Model for SphereConeShell {
         Passed { heat_load: x.load, outside: d.outside }
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
-        let (a, inside) = self.air(c.t, u);
+        let (a, _) = self.air(c.t, u);
         let by_shape = self.shape.at(a.alpha_total.min(self.p.half_angle), 0.0);
         let base = match self.p.base {
             Base::Viking => base_pressure(a.mach),
             Base::None => 0.0,
         };
         let coefficients = [by_shape.axial - base, by_shape.normal, by_shape.pitch];
-        let y = self.scales.loaded(&a, &u.body.rotation, coefficients);
-        AxisymmetricOut { load: self.p.outside.apply(y.load, inside), ..y }
+        self.scales.loaded(&a, &u.body.rotation, coefficients)
     }
     fn deriv(
         &self,
@@ -139,7 +137,7 @@ impl Model for SphereConeShell {
         Heat { load: y.heating }
     }
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge { inside: self.air(c.t, u).1 }
+        Edge::at(self.air(c.t, u).1)
     }
     fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
         (*x, Left { outside: true })
@@ -147,13 +145,14 @@ impl Model for SphereConeShell {
     fn tells(
         &self,
         c: &Clock,
-        _: usize,
+        which: usize,
         _: &Heat,
         d: &Left,
         _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        (!d.outside).then(|| self.above("goes on", self.air(c.t, u).0.alpha_total))
+        (which == LEAVES && !d.outside)
+            .then(|| self.above("goes on", self.air(c.t, u).0.alpha_total))
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         let (a, inside) = self.air(c.t, u);
@@ -280,7 +279,7 @@ mod tests {
         assert!(moment.dot(&u.body.angular) < 0.0);
     }
 
-    /// Where a part of the fore-body is in the lee: the end of the closed form, said once, or no number.
+    /// Where a part of the fore-body is in the lee: the end of the closed form, said once, or what stops the run.
     #[test]
     fn above_the_half_angle_it_clamps_or_stops_and_says_so() {
         let (c, (x, d)) = (Clock::at(0.0, 0.01, 0), STATE);
@@ -303,6 +302,13 @@ mod tests {
         let near = inputs(0.4, 0.0, 900.0, Vec3::zeros());
         assert!(m.remarks(&c, &x, &d, &(), &near, &()).is_empty());
         let stops = shell(SphereConeParams { half_angle: 0.5, outside: Outside::Stop, ..params() });
-        assert!(at(&stops, &u).load.force.x.is_nan() && at(&stops, &near).load.force.x.is_finite());
+        // A step that is tried beyond sees the number at the end.
+        assert_eq!(at(&stops, &u), at(&m, &u));
+        let (begins, told) =
+            (stops.remarks(&c, &x, &STATE.1, &(), &u, &()), |m: &SphereConeShell| {
+                m.tells(&c, 0, &x, &STATE.1, &(), &u, &()).unwrap()
+            });
+        assert!(begins.len() == 1 && begins[0].stops && told(&stops).stops && !told(&m).stops);
+        assert!(told(&stops).help.unwrap().contains("`outside: clamp`"));
     }
 }

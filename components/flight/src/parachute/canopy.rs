@@ -8,7 +8,7 @@
 //! A stage that is the only one and goes to 1 is a canopy without reefing. The instants at which it opens,
 //! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
 //! rises through ½ when there is none; once open it stays so, a second command does nothing, which a run tells.
-//! Above the last Mach number of `efficiency`, `outside` says what happens; below the first it is as slow as there.
+//! Above the last Mach number of `efficiency`, `outside` says what happens: the value there, or an end of the run; below the first it is as slow as there.
 //! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, V at its beginning.
 //! ρ̇ in ṁ_a is taken along the path over ±1 ms.
 
@@ -188,9 +188,17 @@ impl Canopy {
     }
 
     /// Mach number at the canopy.
-    fn mach(&self, t: f64, node: &NodeState) -> f64 {
-        let air = self.p.atmosphere.air(t, node.position);
-        (node.velocity - air.wind).norm() / air.speed_of_sound.max(1e-9)
+    fn mach(&self, t: f64, u: &CanopyIn) -> f64 {
+        let air = gusty(&self.p.atmosphere, t, &u.canopy.position, &u.gust);
+        (u.canopy.velocity - air.wind).norm() / air.speed_of_sound.max(1e-9)
+    }
+
+    /// What is said of a Mach number beyond the table.
+    fn beyond(&self, mach: f64) -> BuildError {
+        let last = self.efficiency.ends()[1];
+        let fact =
+            format!("Mach {mach:.4} is beyond the rows of `efficiency`, which end at {last}");
+        self.p.outside.says(fact, "the value at the end is", "extend the rows")
     }
 
     /// How far below the end of the table `mach` is, as a share of its width; what is packed away meets no air.
@@ -266,7 +274,7 @@ impl Model for Canopy {
         }
         let load = Wrench { moment: Vec3::zeros(), force };
         CanopyOut {
-            load: p.outside.apply(load, self.inside(mach, d)),
+            load,
             added: AddedMass::of(apparent_mass, &Vec3::zeros(), &Vec3::zeros()),
             drag,
             drag_area,
@@ -286,7 +294,7 @@ impl Model for Canopy {
         };
         // When all is told the air is not asked again.
         let told = d.outside || (d.stage < 0.5 && self.p.packed == 0.0);
-        let inside = if told { 1.0 } else { self.inside(self.mach(c.t, &u.canopy), d) };
+        let inside = if told { 1.0 } else { self.inside(self.mach(c.t, u), d) };
         NextChange { since, command: u.deploy - 0.5, inside }
     }
     fn fired(
@@ -363,20 +371,11 @@ impl Model for Canopy {
                     "start",
                 )
             }
-            (INSIDE, _) => {
-                let mach = self.mach(t, &u.canopy);
-                let last = self.efficiency.ends()[1];
-                let fact = format!(
-                    "Mach {mach:.4} is beyond the rows of `efficiency`, which end at {last}"
-                );
-                let help =
-                    "the value at the end is taken; extend the rows, or write `outside: stop`";
-                said(fact, help, "outside")
-            }
+            (INSIDE, _) => Some(self.beyond(self.mach(t, u))),
             _ => None,
         }
     }
-    fn remarks(&self, c: &Clock, _: &(), d: &Filling) -> Vec<BuildError> {
+    fn remarks(&self, c: &Clock, _: &(), d: &Filling, _: &(), u: &CanopyIn) -> Vec<BuildError> {
         // A guard that begins on its zero is not seen to rise.
         let late = self.p.start.filter(|s| d.stage < 0.5 && *s <= c.t);
         let told = late.map(|s| {
@@ -387,7 +386,9 @@ impl Model for Canopy {
             .help("write a later `start`, or wire `deploy`: as it stands it never opens")
             .at("start")
         });
-        told.into_iter().collect()
+        let mach = self.mach(c.t, u);
+        let beyond = (self.inside(mach, d) < 0.0).then(|| self.beyond(mach));
+        told.into_iter().chain(beyond).collect()
     }
 }
 
@@ -583,7 +584,7 @@ mod tests {
         );
         let gone = m.fired(&at(5.0), INSIDE, &(), &open, &(), &fast, &mut ()).1;
         assert!(gone.outside && inside(&gone, &fast) == 1.0 && gone.stage == 1.0);
-        // Clamped it goes on with the last row; else there is no number.
+        // It goes on with the last row, as does a step that is tried beyond; what is said stops the run or does not.
         let drag = |m: &Canopy| m.direct(&at(5.0), &(), &open, &fast, &()).load.force;
         assert!(
             (drag(&m).norm()
@@ -593,7 +594,12 @@ mod tests {
                 < 1e-9
         );
         p.outside = Outside::Stop;
-        assert!(drag(&Canopy::build(p).unwrap()).x.is_nan());
+        let stops = Canopy::build(p).unwrap();
+        assert_eq!(drag(&stops), drag(&m));
+        let begins = stops.remarks(&at(5.0), &(), &open, &(), &fast, &());
+        let said = tells(&stops, 5.0, INSIDE, &open, &fast).unwrap();
+        assert!(said.stops && !told.stops && begins == [said]);
+        assert!(stops.remarks(&at(5.0), &(), &open, &(), &slow, &()).is_empty());
     }
 
     #[test]

@@ -60,6 +60,8 @@ record! {
         of: Option<Text> = text().maybe(),
         /// Instead of a variable: a condition, as those of transitions; 1 while it holds, 0 while it does not.
         when: Option<Text> = text().maybe(),
+        /// Of a variable: its value at the first step at which this condition holds; none where it never does.
+        at: Option<Text> = text().maybe(),
         /// Which number of its history.
         take: Take = word(&[
             ("last", Take::Last),
@@ -88,6 +90,8 @@ pub struct Figure {
     pub name: String,
     /// What is looked at.
     pub of: FigureOf,
+    /// A condition: the number is that of the first step at which it holds.
+    pub at: Option<Text>,
     /// Which number.
     pub take: Take,
     /// Unit as shown; `None`: that of the variable.
@@ -517,13 +521,17 @@ fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
     for (name, item) in crate::schema::read::table(cx, v, "simulation: `figures`") {
         let at = At::new(format!("figure `{name}`")).origin(cx.key(item));
         let Some(form) = FigureForm::read(cx, item, &at) else { continue };
-        let FigureForm { of, when, take, unit, origin } = form;
+        let FigureForm { of, when, at: first, take, unit, origin } = form;
         let of = match (of, when) {
             (Some(of), None) => FigureOf::Variable(of),
             (None, Some(when)) => {
                 if let Some(unit) = &unit {
                     let fact = format!("{}: a condition has no unit", at.what);
                     cx.fault(unit.origin, fact, "take `unit` out: it is 1 or 0");
+                }
+                if let Some(first) = &first {
+                    let fact = format!("{}: `at` is of a variable", at.what);
+                    cx.fault(first.origin, fact, "write one condition, with `and` in it");
                 }
                 FigureOf::Condition(when)
             }
@@ -537,7 +545,7 @@ fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
                 continue;
             }
         };
-        out.push(Figure { name: name.clone(), of, take, unit, origin });
+        out.push(Figure { name: name.clone(), of, at: first, take, unit, origin });
     }
     out.sort_by(|a, b| a.name.cmp(&b.name));
     out

@@ -87,6 +87,11 @@ pub(super) fn campaign() -> Vec<Field> {
             list(pair(Schema::Text)),
         ),
         field(
+            "require",
+            "Cause in words → bounds of a figure: a run beyond them has missed, and is counted by that cause.",
+            Schema::Table(Box::new(Schema::Record("requirement", requirement))),
+        ),
+        field(
             "retain",
             "Variables whose time histories every run keeps.",
             Schema::Record("retain", retain),
@@ -105,6 +110,14 @@ pub(super) fn limits() -> Vec<Field> {
     vec![
         field("time", "Latest simulated end of a run.", time()),
         field("wall", "Most wall time for a run.", time()),
+    ]
+}
+
+pub(super) fn requirement() -> Vec<Field> {
+    vec![
+        need("figure", "Name of a figure of the simulation.", Schema::Text),
+        field("least", "Least value that is good, in the figure's unit or with one.", number()),
+        field("most", "Greatest value that is good.", number()),
     ]
 }
 

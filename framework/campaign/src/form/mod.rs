@@ -13,9 +13,12 @@
 //! ```
 //! A distribution may stand anywhere inside a value; each has a name, its path: `Capsule.velocity[0]`.
 mod describe;
+mod require;
 mod values;
 
 pub use describe::schema;
+pub use require::{Bound, Requirement};
+pub(crate) use values::in_unit;
 
 use crate::correlation::factor;
 use crate::distribution::Distribution;
@@ -98,6 +101,8 @@ pub struct Form {
     pub wall: Option<f64>,
     /// Pairs of figures or drawn numbers that the report draws against each other.
     pub scatter: Vec<(String, String, Origin)>,
+    /// What is required of the figures of a run.
+    pub require: Vec<Requirement>,
     /// Variables whose time histories every run keeps.
     pub retain: Option<Retain>,
     /// Everything drawn, in the order of names.
@@ -206,6 +211,7 @@ impl Reader {
         let together = inner.get("correlate").map_or(Vec::new(), |v| self.together(v));
         let (until, wall) = inner.get("limits").map_or((None, None), |v| self.limits(v));
         let scatter = inner.get("scatter").map_or(Vec::new(), |v| self.scatter(v));
+        let require = inner.get("require").map_or(Vec::new(), |v| self.require(v));
         let retain = inner.get("retain").and_then(|v| self.retain(v));
         if let (Some(runs), Sampling::Sobol) = (runs, sampling) {
             self.sobol(inner, runs);
@@ -225,6 +231,7 @@ impl Reader {
             until,
             wall,
             scatter,
+            require,
             retain,
             drawn: Vec::new(),
             targets,
@@ -545,7 +552,7 @@ mod tests {
     },
     correlate: [(of: ["b", "c[2]"], matrix: [[1, -0.8], [-0.8, 1]])],
     limits: (time: "2 min", wall: "60 s"),
-    scatter: [("x", "y")], retain: (of: ["a.**"], every: "20 ms"),
+    scatter: [("x", "y")], require: { "too fast": (figure: "x", least: -2, most: "3 m/s") }, retain: (of: ["a.**"], every: "20 ms"),
 )
 "#;
 

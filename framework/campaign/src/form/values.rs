@@ -6,7 +6,7 @@ use linkwork_runtime::{Located, Origin, Unit, Value, remedy, split_quantity};
 
 impl Reader {
     /// A number, and its unit.
-    fn number(&mut self, v: &Located, what: &str) -> Option<(f64, String)> {
+    pub(super) fn number(&mut self, v: &Located, what: &str) -> Option<(f64, String)> {
         let read = match &v.value {
             Value::Number(x) => Some((*x, String::new())),
             Value::Text(t) => split_quantity(t).map(|(x, u)| (x, u.to_string())),
@@ -191,7 +191,7 @@ fn shown(unit: &str) -> &str {
 }
 
 /// The number of `x own` in `unit`; `None` when they are of different quantities.
-fn in_unit(x: f64, own: &str, unit: &str, difference: bool) -> Option<f64> {
+pub(crate) fn in_unit(x: f64, own: &str, unit: &str, difference: bool) -> Option<f64> {
     if own == unit {
         return Some(x);
     }

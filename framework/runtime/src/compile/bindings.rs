@@ -90,6 +90,26 @@ pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Ve
     }
 }
 
+/// Outputs that another part has to take up, and that none reads.
+pub(super) fn untaken(parts: &[Part<'_>], c: &Connections, warnings: &mut Vec<Fault>) {
+    for part in parts {
+        for (name, lost) in part.prototype.must_be_read() {
+            let mut lane = part.wiring.ym;
+            for port in part.prototype.description().all_outputs() {
+                let lanes = lane as u32..(lane + port.lanes) as u32;
+                lane += port.lanes;
+                let wired = c.inputs.iter().flat_map(|(u, ud)| u.iter().chain(ud));
+                let mut read = wired.chain(c.sums.iter().flat_map(|sum| &sum.sources));
+                if port.name == name && !read.any(|lane| lanes.contains(lane)) {
+                    let fact = format!("`{}.{name}`: {}", part.spec.path, lost.message);
+                    let fault = Fault::new(part.spec.origin, fact);
+                    warnings.push(Fault { help: lost.help.clone(), ..fault });
+                }
+            }
+        }
+    }
+}
+
 /// Whether the part is there and has the binding.
 fn known(bind: &BindSpec, parts: &[Part<'_>], index: &BTreeMap<&str, usize>) -> bool {
     let part = index.get(bind.part.as_str()).map(|&k| parts[k].prototype.description());

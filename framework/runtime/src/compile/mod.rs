@@ -118,6 +118,7 @@ pub(crate) fn compile_phase(
     let mut connections =
         connect::connect((spec, &delays.wires), &parts, absent, &hosted, sizes, &mut faults);
     bindings::uncommanded(&parts, &connections, &mut warnings);
+    bindings::untaken(&parts, &connections, &mut warnings);
     table::rates(spec, &mut parts, within.tick, &mut faults);
     if !faults.is_empty() {
         return Err(Faults(in_file_order(faults)));

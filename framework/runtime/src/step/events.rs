@@ -88,6 +88,10 @@ impl Simulation {
         let plan = self.plan.clone();
         let Some(k) = self.state.guards.iter().position(|g| g.due) else { return Ok(()) };
         let guard = &plan.guards[k];
+        if let Fires::Part { block, which } = guard.fires {
+            // What stops the run stays due: a run that goes on from here stops again.
+            self.hear(&plan, &guard.name, block, which as usize)?;
+        }
         self.state.micro += 1;
         if self.state.micro > CASCADE_MAX {
             return Err(self.endless(&plan, k));
@@ -96,7 +100,6 @@ impl Simulation {
         let GuardState { change, side, .. } = self.state.guards[k];
         match guard.fires {
             Fires::Part { block, which } => {
-                self.hear(&plan, &guard.name, block, which as usize);
                 let now = self.next(Evaluation::Tick);
                 let State { x, d, sig, pins, .. } = &mut self.state;
                 let fired = self.blocks[block as usize].fired(&now, which as usize, x, d, sig);

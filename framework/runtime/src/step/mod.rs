@@ -93,7 +93,7 @@ pub struct Simulation {
     moved: Vec<(f64, String, MoveReport)>,
     /// What parts and services told.
     notices: notices::Notices,
-    /// Why the work of tick 0 could not be done.
+    /// Why the work of tick 0 could not be done, or what a part says that cannot begin here.
     broken: Option<Box<RunError>>,
     /// Where its time goes, when that is asked for.
     profile: Option<Profile>,
@@ -214,8 +214,9 @@ impl Simulation {
         let notices = notices::Notices::default();
         let mut sim =
             Simulation { program, plan, state, blocks, work, moved, notices, broken, profile };
-        if let Err(stopped) = sim.first_row() {
-            sim.broken = Some(Box::new(sim.stopped(stopped)));
+        match sim.first_row() {
+            Ok(()) => sim.judge(&sim.plan.clone(), None),
+            Err(stopped) => sim.broken = Some(Box::new(sim.stopped(stopped))),
         }
         sim
     }
@@ -395,7 +396,7 @@ impl Simulation {
     /// first step it finds what is bad from the start.
     ///
     /// # Errors
-    /// The part that failed at tick 0; the service that could not answer; the first bad variable.
+    /// The part that failed at tick 0, or that cannot begin here; the service that could not answer; the first bad variable.
     pub fn check(&self) -> Result<(), RunError> {
         if let Some(error) = &self.broken {
             return Err(RunError::clone(error));
@@ -622,7 +623,9 @@ impl Simulation {
         let lanes = (&x[..], &d[..], &mut sig[..]);
         let ops = &plan.continuous_ops;
         evaluate::run_all(&mut self.blocks, &plan, ops, &now, lanes, pins.as_deref())?;
-        self.broken = None;
+        if self.broken.is_some() {
+            self.judge(&plan, None);
+        }
         Ok(())
     }
 

@@ -173,6 +173,9 @@ impl Simulation {
             (state.pins, report.unpinned) = pins::find(plan, old.values());
         }
         self.begin(plan, state, blocks, (&whole, route))?;
+        // Where the state before could not be gone on from, all that it holds is looked at again.
+        let new = self.broken.is_none().then_some(&report.new[..]);
+        self.judge(plan, new);
         Ok(report)
     }
 

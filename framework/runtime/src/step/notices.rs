@@ -1,6 +1,9 @@
-//! What parts and services tell in the middle of a run: allowed and probably not meant. Each is told once, and the run goes on.
+//! What parts and services tell in the middle of a run. What is allowed and probably not meant is told once, and the run goes on;
+//! what stops it is its error, with the same words: at a guard before that fires, at the start of a run or a phase before a step.
+use super::evaluate::Stopped;
 use super::{RunError, Simulation};
-use crate::block::Evaluation;
+use crate::block::{Evaluation, Failure};
+use crate::model::BuildError;
 use crate::plan::Plan;
 use crate::value::Fault;
 use linkwork_spatial::Vec3;
@@ -38,17 +41,47 @@ impl Simulation {
     }
 
     /// What a part has to say of its guard `which`, before that fires.
-    pub(super) fn hear(&mut self, plan: &Plan, name: &str, block: u32, which: usize) {
+    ///
+    /// # Errors
+    /// It stops the run.
+    pub(super) fn hear(
+        &mut self,
+        plan: &Plan,
+        name: &str,
+        block: u32,
+        which: usize,
+    ) -> Result<(), Stopped> {
         if self.notices.told.contains(name) {
-            return;
+            return Ok(());
         }
         let now = self.next(Evaluation::Tick);
         let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
         if let Some(told) = self.blocks[block as usize].tells(&now, which, x, d, sig) {
+            if told.stops {
+                return Err(stop(block, told));
+            }
             let part = &plan.parts[block as usize];
             let message = format!("`{}`: {}", part.path, told.message);
             let fault = Fault { message, origin: part.origin, help: told.help };
             self.notices.add(name, now.t, fault);
+        }
+        Ok(())
+    }
+
+    /// Whether a part with guards, of `new` when that is given, finds that a run cannot begin here: every step then says so, until the
+    /// state is another.
+    pub(crate) fn judge(&mut self, plan: &Plan, new: Option<&[String]>) {
+        self.broken = None;
+        let now = self.next(Evaluation::Tick);
+        let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
+        let rests = |k: u32| plan.rest.as_ref().is_some_and(|rest| rest.parts.contains(&k));
+        let is_new = |k: u32| new.is_none_or(|new| new.contains(&plan.parts[k as usize].path));
+        for k in plan.guarded.iter().map(|g| g.block).filter(|k| !rests(*k) && is_new(*k)) {
+            let mut remarks = self.blocks[k as usize].remarks(&now, x, d, sig).into_iter();
+            if let Some(told) = remarks.find(|remark| remark.stops) {
+                self.broken = Some(Box::new(self.stopped(stop(k, told))));
+                return;
+            }
         }
     }
 
@@ -60,7 +93,7 @@ impl Simulation {
             if !new.contains(&part.path) {
                 continue;
             }
-            for remark in block.remarks(&now, x, d, sig) {
+            for remark in block.remarks(&now, x, d, sig).into_iter().filter(|r| !r.stops) {
                 let message = format!("`{}`: {}", part.path, remark.message);
                 let fault = Fault { message, origin: part.origin, help: remark.help };
                 let name = format!("{}: {}", part.path, remark.param.unwrap_or_default());
@@ -83,13 +116,12 @@ impl Simulation {
             let t = self.time();
             let Some(beyond) = asked.object.beyond(t, place) else { continue };
             let part = &plan.parts[asked.part as usize];
-            let message =
-                format!("`{}`: {}; `{}` asks", asked.service, beyond.told.message, part.path);
+            let message = format!("`{}`: {}; `{}` asks", asked.service, beyond.message, part.path);
             if beyond.stops {
-                let (path, help) = (asked.service.clone(), beyond.told.help);
+                let (path, help) = (asked.service.clone(), beyond.help);
                 return Err(RunError { time: t, path, message, help });
             }
-            let fault = Fault { message, origin: part.origin, help: beyond.told.help };
+            let fault = Fault { message, origin: part.origin, help: beyond.help };
             for (silent, other) in self.work.silent.iter_mut().zip(&plan.asked) {
                 *silent |= other.service == asked.service;
             }
@@ -97,4 +129,10 @@ impl Simulation {
         }
         Ok(())
     }
+}
+
+/// What a part says that stops the run.
+#[cold]
+fn stop(block: u32, told: BuildError) -> Stopped {
+    Stopped { block, failure: Box::new(Failure { message: told.message, help: told.help }) }
 }

@@ -188,6 +188,16 @@ impl Block for Timed {
     fn remarks(&mut self, now: &Now, x: &[f64], d: &[f64], sig: &[f64]) -> Vec<BuildError> {
         self.inner.remarks(now, x, d, sig)
     }
+    fn tells(
+        &mut self,
+        now: &Now,
+        which: usize,
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+    ) -> Option<BuildError> {
+        self.inner.tells(now, which, x, d, sig)
+    }
     fn shown(&self) -> Option<Shown> {
         self.inner.shown()
     }

@@ -5,7 +5,8 @@ use crate::value::Fault;
 
 impl Simulation {
     /// Remarks of all parts on the present instant, in path order: a wheel that starts in the ground, a
-    /// hinge beside the motion that is prescribed for it. Asked before the first step of a run.
+    /// hinge beside the motion that is prescribed for it. Asked before the first step of a run. What stops it there is told by
+    /// [`Simulation::check`].
     pub fn remarks(&mut self) -> Vec<Fault> {
         let plan = self.plan.clone();
         let now = self.next(Evaluation::Tick);
@@ -17,7 +18,7 @@ impl Simulation {
             if rests(k) {
                 continue;
             }
-            for remark in block.remarks(&now, x, d, sig) {
+            for remark in block.remarks(&now, x, d, sig).into_iter().filter(|r| !r.stops) {
                 let message = format!("`{}`: {}", part.path, remark.message);
                 all.push(Fault { message, origin: part.origin, help: remark.help });
             }

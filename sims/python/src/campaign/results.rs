@@ -200,6 +200,24 @@ impl Results {
         self.results.failures.iter().try_for_each(|(kind, runs)| all.set_item(kind, runs))?;
         Ok(all)
     }
+    /// {cause: runs} of the orderly runs that missed what the campaign requires, in the order of its file.
+    ///
+    /// >>> results.missed
+    /// {}
+    #[getter]
+    fn missed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        self.results.missed.iter().try_for_each(|m| all.set_item(&m.aim.cause, &m.runs))?;
+        Ok(all)
+    }
+    /// Runs that ended in order and kept all that is required; where nothing is, all that ended in order.
+    ///
+    /// >>> results.kept
+    /// 4
+    #[getter]
+    fn kept(&self) -> usize {
+        self.results.kept
+    }
     fn __repr__(&self) -> String {
         format!("Results({} of {} runs)", self.done, self.runs)
     }
