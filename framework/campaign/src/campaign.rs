@@ -48,9 +48,10 @@ pub struct Aim {
 }
 
 impl Aim {
-    /// Whether a run with these figures keeps it. One without the figure, since what it is of never came, does not.
-    pub fn is_kept(&self, figures: &[f64]) -> bool {
-        figures.get(self.figure).is_some_and(|y| self.least <= *y && *y <= self.most)
+    /// Whether a run with these figures keeps it; `None` for one without the figure, since what it is of never came.
+    pub fn is_kept(&self, figures: &[f64]) -> Option<bool> {
+        let y = figures.get(self.figure).copied().filter(|y| !y.is_nan())?;
+        Some(self.least <= y && y <= self.most)
     }
 }
 

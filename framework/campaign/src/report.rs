@@ -88,7 +88,7 @@ fn requirements(out: &mut String, results: &Results) {
         let _ = write!(
             out,
             "<tr><td class=\"text\">{}</td><td class=\"text\">{}</td><td>{}</td><td>{share:.2} %</td><td>{}</td><td class=\"text\">{}</td></tr>",
-            escaped(&m.aim.cause),
+            escaped(&m.cause),
             escaped(&results.required(m)),
             m.runs.len(),
             m.alone,

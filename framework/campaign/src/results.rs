@@ -61,11 +61,16 @@ pub struct Table {
     pub columns: Vec<(String, Column)>,
 }
 
+/// The cause of a run without a figure that is required.
+const NEVER: &str = "a figure that is required has no value: what it is of never came";
+
 /// A requirement, and the runs that missed it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missed {
-    /// The requirement.
-    pub aim: Aim,
+    /// What is wrong with a run that missed it.
+    pub cause: String,
+    /// The requirement; `None`: a figure of any of them has no value.
+    pub aim: Option<Aim>,
     /// Runs that missed it.
     pub runs: Vec<u64>,
     /// How many of these missed nothing else.
@@ -170,8 +175,7 @@ impl Results {
         let kept = orderly.iter().filter(|k| of_runs[**k].is_empty()).count();
         if !missed.is_empty() {
             let words = of_runs.iter().map(|aims| {
-                let causes: Vec<&str> =
-                    aims.iter().map(|a| missed[*a].aim.cause.as_str()).collect();
+                let causes: Vec<&str> = aims.iter().map(|a| missed[*a].cause.as_str()).collect();
                 causes.join("; ")
             });
             columns.insert(3, ("missed".to_string(), Column::Text(words.collect())));
@@ -263,8 +267,8 @@ impl Results {
 
     /// What is required, in words: the figure and its bounds.
     pub fn required(&self, m: &Missed) -> String {
-        let (name, unit, _) = &self.figures[m.aim.figure];
-        let Aim { least, most, .. } = m.aim;
+        let Some(Aim { figure, least, most, .. }) = &m.aim else { return String::new() };
+        let (name, unit, _) = &self.figures[*figure];
         let bounds = match (least.is_finite(), most.is_finite()) {
             (true, true) => format!("{least} to {most}"),
             (true, false) => format!("at least {least}"),
@@ -284,12 +288,13 @@ impl Results {
         let whole = |of: &dyn Fn(&Missed) -> usize| {
             Column::Whole(self.missed.iter().map(|m| of(m) as u64).collect())
         };
+        let figure = |m: &Missed| m.aim.as_ref().map(|aim| &self.figures[aim.figure]);
         let columns = vec![
-            ("cause".to_string(), text(&|m| m.aim.cause.clone())),
-            ("figure".to_string(), text(&|m| self.figures[m.aim.figure].0.clone())),
-            ("unit".to_string(), text(&|m| self.figures[m.aim.figure].1.clone())),
-            ("least".to_string(), number(&|m| m.aim.least)),
-            ("most".to_string(), number(&|m| m.aim.most)),
+            ("cause".to_string(), text(&|m| m.cause.clone())),
+            ("figure".to_string(), text(&|m| figure(m).map_or_else(String::new, |f| f.0.clone()))),
+            ("unit".to_string(), text(&|m| figure(m).map_or_else(String::new, |f| f.1.clone()))),
+            ("least".to_string(), number(&|m| m.aim.as_ref().map_or(f64::NAN, |a| a.least))),
+            ("most".to_string(), number(&|m| m.aim.as_ref().map_or(f64::NAN, |a| a.most))),
             ("runs".to_string(), whole(&|m| m.runs.len())),
             ("share".to_string(), number(&|m| share(m.runs.len(), done).0)),
             ("alone".to_string(), whole(&|m| m.alone)),
@@ -332,17 +337,26 @@ pub(crate) const NAMES: [&str; 9] =
 /// What was required with the runs that missed it; and for each outcome, what it missed. Only orderly runs are judged: the others failed by
 /// what they tell themselves.
 fn judged(aims: &[Aim], outcomes: &[&Outcome]) -> (Vec<Missed>, Vec<Vec<usize>>) {
+    let never = aims.len();
     let of_run = |o: &&Outcome| -> Vec<usize> {
-        let all = if o.ended.is_orderly() { aims.len() } else { 0 };
-        (0..all).filter(|k| !aims[*k].is_kept(&o.figures)).collect()
+        let judged = if o.ended.is_orderly() { aims } else { &[] };
+        let kept: Vec<Option<bool>> = judged.iter().map(|aim| aim.is_kept(&o.figures)).collect();
+        let beyond = (0..kept.len()).filter(|k| kept[*k] == Some(false));
+        beyond.chain(kept.contains(&None).then_some(never)).collect()
     };
     let of_runs: Vec<Vec<usize>> = outcomes.iter().map(of_run).collect();
-    let missed = |(k, aim): (usize, &Aim)| {
+    let missed = |(k, aim): (usize, Option<&Aim>)| {
         let by = || outcomes.iter().zip(&of_runs).filter(move |(_, of)| of.contains(&k));
-        let runs = by().map(|(o, _)| o.run).collect();
-        Missed { aim: aim.clone(), runs, alone: by().filter(|(_, of)| of.len() == 1).count() }
+        Missed {
+            cause: aim.map_or(NEVER, |aim| aim.cause.as_str()).into(),
+            aim: aim.cloned(),
+            runs: by().map(|(o, _)| o.run).collect(),
+            alone: by().filter(|(_, of)| of.len() == 1).count(),
+        }
     };
-    (aims.iter().enumerate().map(missed).collect(), of_runs)
+    let any = of_runs.iter().any(|of| of.contains(&never));
+    let all = aims.iter().map(Some).chain(any.then_some(None)).enumerate();
+    (all.map(missed).collect(), of_runs)
 }
 
 fn counted(outcomes: &[&Outcome]) -> (Vec<(String, Vec<u64>)>, Vec<(Cause, usize)>) {

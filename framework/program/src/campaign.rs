@@ -134,6 +134,10 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
     }
     let width = results.figures.iter().map(|f| f.0.chars().count()).max().unwrap_or(0);
     for ((figure, unit, _), s) in results.figures.iter().zip(&results.summaries) {
+        if s.n == 0 {
+            say!("  {figure:width$}  no run has a value");
+            continue;
+        }
         let [_, _, p5, _, median, _, p95, _, _] = s.percentiles;
         say!(
             "  {figure:width$}  {:.6} ± {:.3} {unit}   5 %: {p5:.6}   50 %: {median:.6}   95 %: {p95:.6}",
@@ -153,8 +157,12 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
     }
     for m in results.missed.iter().filter(|m| !m.runs.is_empty()) {
         let share = 100.0 * m.runs.len() as f64 / done.max(1) as f64;
-        let (n, cause, required) = (m.runs.len(), &m.aim.cause, results.required(m));
-        say!("  {n} ({share:.1} %) missed by: {cause} ({required})\n    runs {}", few(&m.runs));
+        let required = match results.required(m) {
+            words if words.is_empty() => words,
+            words => format!(" ({words})"),
+        };
+        let (n, cause) = (m.runs.len(), &m.cause);
+        say!("  {n} ({share:.1} %) missed by: {cause}{required}\n    runs {}", few(&m.runs));
     }
     for (kind, runs) in &results.failures {
         say!("  {} failed by: {kind}\n    runs {}", runs.len(), few(runs));

@@ -207,7 +207,7 @@ impl Results {
     #[getter]
     fn missed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
-        self.results.missed.iter().try_for_each(|m| all.set_item(&m.aim.cause, &m.runs))?;
+        self.results.missed.iter().try_for_each(|m| all.set_item(&m.cause, &m.runs))?;
         Ok(all)
     }
     /// Runs that ended in order and kept all that is required; where nothing is, all that ended in order.
