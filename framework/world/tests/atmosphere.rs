@@ -155,6 +155,22 @@ fn gram_tables_are_read() {
     near(mars.at(300_000.0).temperature, 168.9, 1e-9, "T stays");
 }
 
+/// East and north winds of both programs, in rows that rise and that fall.
+#[test]
+fn winds_of_mars_gram_and_earth_gram_are_read() {
+    let Some(mars) = reference("atmosphere/basilisk_MarsGRAMNominal.txt") else { return };
+    let Some(earth) = reference("atmosphere/basilisk_EarthGRAMNominal.txt") else { return };
+    let mars = Profile::read_winds("m", &mars).unwrap();
+    near(mars.at(0.0).x, 5.4, 1e-12, "east");
+    near(mars.at(250.0).x, 5.85, 1e-12, "between");
+    near(mars.at(250.0).y, 9.1, 1e-12, "north");
+    assert_eq!(mars.at(-1e3), mars.at(0.0));
+    let earth = Profile::read_winds("e", &earth).unwrap();
+    near(earth.at(200_000.0).x, 97.89, 1e-12, "east, first row");
+    near(earth.at(199_750.0).y, -16.16, 1e-12, "north, between");
+    assert_eq!(earth.at(199_750.0).z, 0.0);
+}
+
 #[test]
 fn wrong_tables_are_refused() {
     let layout = Layout {

@@ -1,5 +1,6 @@
 //! What changes with altitude in straight lines: winds, and how the air of a day differs from its model's.
 
+use super::table::{columns, headings};
 use crate::error::WorldError;
 use linkwork_spatial::Vec3;
 use std::ops::{Add, Mul, Sub};
@@ -24,11 +25,58 @@ impl Profile<Vec3> {
     /// # Errors
     /// No entry, altitudes that do not rise, numbers that are not finite.
     pub fn winds(entries: Vec<(f64, Vec3)>) -> Result<Self, WorldError> {
-        Self::checked("wind profile", entries, |v| {
-            let finite = v.iter().all(|x| x.is_finite());
-            (!finite).then_some(("a NaN or an infinity", "give finite numbers"))
-        })
+        Self::checked("wind profile", entries, not_finite)
     }
+
+    /// Winds from a text with columns under headings, apart by commas or blanks: output of Mars-GRAM (`HgtMOLA` in km, `EWind`, `NWind`) or of Earth-GRAM (`Hgtkm`,
+    /// `EWmean`, `NSmean`), or `altitude` in m, `east`, `north` and, where there is one, `up`; m/s. Altitudes rise or fall. `file` is the name for messages.
+    ///
+    /// # Errors
+    /// Other headings, rows that are too short or no numbers, and as [`Profile::winds`].
+    pub fn read_winds(file: &str, text: &str) -> Result<Self, WorldError> {
+        const KNOWN: [([&str; 3], f64); 3] = [
+            (["HgtMOLA", "EWind", "NWind"], 1000.0),
+            (["Hgtkm", "EWmean", "NSmean"], 1000.0),
+            (["altitude", "east", "north"], 1.0),
+        ];
+        let heads = headings(text);
+        let found = KNOWN.into_iter().find(|(names, _)| names.iter().all(|n| heads.contains(n)));
+        let Some((names, unit)) = found else {
+            let fact = format!("there are no columns of winds; there are {}", heads.join(", "));
+            let help = "give columns altitude (m), east and north (m/s), or output of Mars-GRAM or Earth-GRAM";
+            return Err(WorldError::Line { file: file.to_string(), line: 1, fact, help });
+        };
+        let [h, east, north] = names;
+        let mut rows = match names[0] == "altitude" && heads.contains(&"up") {
+            true => columns(file, text, [h, east, north, "up"], 0)?,
+            false => {
+                let level = |(line, [h, e, n]): (usize, [f64; 3])| (line, [h, e, n, 0.0]);
+                columns(file, text, names, 0)?.into_iter().map(level).collect()
+            }
+        };
+        if let [(_, first), .., (_, last)] = rows[..]
+            && first[0] > last[0]
+        {
+            rows.reverse();
+        }
+        for pair in rows.windows(2) {
+            let [(_, a), (line, b)] = [pair[0], pair[1]];
+            if !(a[0] < b[0]) {
+                let fact = format!("altitude {} beside {}", b[0], a[0]);
+                let help = "altitudes rise or fall throughout";
+                return Err(WorldError::Line { file: file.to_string(), line, fact, help });
+            }
+        }
+        let entry =
+            |(_, [h, east, north, up]): (usize, [f64; 4])| (h * unit, Vec3::new(east, north, up));
+        Self::checked(file, rows.into_iter().map(entry).collect(), not_finite)
+    }
+}
+
+/// What is wrong with a wind.
+fn not_finite(v: &Vec3) -> Option<(&'static str, &'static str)> {
+    let finite = v.iter().all(|x| x.is_finite());
+    (!finite).then_some(("a NaN or an infinity", "give finite numbers"))
 }
 
 impl Profile<f64> {

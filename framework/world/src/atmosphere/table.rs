@@ -108,30 +108,9 @@ impl Table {
         outside: Outside,
         gas: Gas,
     ) -> Result<Self, WorldError> {
-        let mut lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
-        let heads = lines.next().map(|(_, l)| words(l)).unwrap_or_default();
-        let column = |name: &str| {
-            heads.iter().position(|h| *h == name).ok_or_else(|| {
-                let fact = format!("there is no column `{name}`; there are {}", heads.join(", "));
-                wrong(file, 1, fact, "give the headings of this file in the layout")
-            })
-        };
-        let columns =
-            [column(layout.altitude)?, column(layout.density)?, column(layout.temperature)?];
-        let mut rows = Vec::new();
-        for (k, line) in lines.skip(layout.skip) {
-            let words = words(line);
-            let mut row = [0.0; 3];
-            for (value, c) in row.iter_mut().zip(columns) {
-                let word = words.get(c).copied().unwrap_or("");
-                *value = word.parse().map_err(|_| {
-                    let fact = format!("`{word}` in column `{}` is no number", heads[c]);
-                    wrong(file, k + 1, fact, "each row needs a number under each heading")
-                })?;
-            }
-            row[0] *= layout.altitude_unit;
-            rows.push((k + 1, row));
-        }
+        let names = [layout.altitude, layout.density, layout.temperature];
+        let mut rows = columns(file, text, names, layout.skip)?;
+        rows.iter_mut().for_each(|(_, row)| row[0] *= layout.altitude_unit);
         Self::checked(file, rows, layout.kind, outside, gas)
     }
 
@@ -202,6 +181,43 @@ impl Table {
         let line = |y: &[f64], s: f64| y[k] + (y[k + 1] - y[k]) * s;
         self.gas.air(line(&self.log_density, along).exp(), line(&self.temperature, clamped))
     }
+}
+
+/// Numbers under headings, apart by commas or blanks, each row with its line; `skip` lines stand between the headings and the numbers.
+pub(super) fn columns<const N: usize>(
+    file: &str,
+    text: &str,
+    names: [&str; N],
+    skip: usize,
+) -> Result<Vec<(usize, [f64; N])>, WorldError> {
+    let mut lines = text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
+    let heads = lines.next().map(|(_, l)| words(l)).unwrap_or_default();
+    let mut places = [0; N];
+    for (place, name) in places.iter_mut().zip(names) {
+        *place = heads.iter().position(|h| *h == name).ok_or_else(|| {
+            let fact = format!("there is no column `{name}`; there are {}", heads.join(", "));
+            wrong(file, 1, fact, "give the headings of this file in the layout")
+        })?;
+    }
+    let mut rows = Vec::new();
+    for (k, line) in lines.skip(skip) {
+        let words = words(line);
+        let mut row = [0.0; N];
+        for (value, c) in row.iter_mut().zip(places) {
+            let word = words.get(c).copied().unwrap_or("");
+            *value = word.parse().map_err(|_| {
+                let fact = format!("`{word}` in column `{}` is no number", heads[c]);
+                wrong(file, k + 1, fact, "each row needs a number under each heading")
+            })?;
+        }
+        rows.push((k + 1, row));
+    }
+    Ok(rows)
+}
+
+/// Headings of a text.
+pub(super) fn headings(text: &str) -> Vec<&str> {
+    text.lines().find(|l| !l.trim().is_empty()).map(words).unwrap_or_default()
 }
 
 fn words(line: &str) -> Vec<&str> {

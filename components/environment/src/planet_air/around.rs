@@ -1,0 +1,140 @@
+//! What all air around planets has in common: the ground that turns under it, the wind over that, factors of a day, and where data end.
+use crate::planet::{DensityLayer, Planet, PlanetParams, WindLayer, fault};
+use linkwork_runtime::prelude::*;
+use linkwork_world::atmosphere::{self as world, Profile};
+use linkwork_world::planet::Geodetic;
+
+/// What to do where the data of an atmosphere end.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outside {
+    /// Go on as the model does beyond its end, and say nothing of it.
+    Continue,
+    /// Go on with the air at the end; a run tells it once.
+    Clamp,
+    /// Stop the run at the first row at which a part asks there.
+    Stop,
+}
+
+/// What the user wrote of it.
+pub(super) struct Written<'a> {
+    pub planet: &'a PlanetParams,
+    pub winds: &'a [WindLayer],
+    pub wind_table: Option<&'a str>,
+    pub density: &'a [DensityLayer],
+    pub outside: Option<Outside>,
+}
+
+/// The ground under the air, and the wind over it.
+pub(super) struct Around {
+    pub planet: Planet,
+    /// What the user wrote.
+    outside: Option<Outside>,
+    /// Heights for which there are data, m.
+    range: [f64; 2],
+    winds: Option<Profile<Vec3>>,
+    factors: Option<Profile<f64>>,
+}
+
+impl Around {
+    /// With data for heights in `range`, m.
+    pub fn new(w: &Written<'_>, range: [f64; 2], files: &Files) -> Result<Around, BuildError> {
+        let density = w.density;
+        let factors = match density.is_empty() {
+            true => None,
+            false => {
+                let entries = density.iter().map(|d| (d.altitude, d.factor)).collect();
+                Some(Profile::factors(entries).map_err(|e| fault(&e, "density"))?)
+            }
+        };
+        let (planet, winds) = (w.planet.planet()?, winds(w, files)?);
+        Ok(Around { planet, outside: w.outside, range, winds, factors })
+    }
+
+    /// What there is to say of a point whose height the data do not reach: nothing where going on is what was asked for.
+    pub fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
+        if self.outside == Some(Outside::Continue) {
+            return None;
+        }
+        let h = self.planet.place(t, p).1?.altitude;
+        let [low, high] = self.range;
+        (!(low..=high).contains(&h)).then(|| self.told(h))
+    }
+
+    #[cold]
+    fn told(&self, h: f64) -> BuildError {
+        let [low, high] = self.range.map(|h| h / 1000.0);
+        let fact = format!("its data reach from {low} to {high} km, not to {:.3} km", h / 1000.0);
+        let goes_on = match self.outside {
+            None | Some(Outside::Continue) => "the model goes on beyond its end; ",
+            Some(Outside::Clamp) => "the air at the end is taken; ",
+            Some(Outside::Stop) => "",
+        };
+        let help = format!(
+            "{goes_on}take an atmosphere whose data reach there, or write `outside`: continue (which is then not told), clamp or stop"
+        );
+        BuildError::new(fact).help(help).stopping(self.outside == Some(Outside::Stop))
+    }
+
+    /// The air at `p`, given what it is at a geodetic place.
+    pub fn air(&self, t: f64, p: Vec3, gas: impl FnOnce(&Geodetic) -> world::Air) -> Air {
+        let (spin, place) = self.planet.place(t, p);
+        let Some(place) = place else {
+            let nan = f64::NAN;
+            return Air {
+                density: nan,
+                pressure: nan,
+                temperature: nan,
+                speed_of_sound: nan,
+                wind: Vec3::repeat(nan),
+            };
+        };
+        let over_ground = self
+            .winds
+            .as_ref()
+            .map_or(Vec3::zeros(), |w| spin.R_IP * (place.east_north_up() * w.at(place.altitude)));
+        let a = match self.outside {
+            Some(Outside::Clamp) => {
+                let altitude = place.altitude.clamp(self.range[0], self.range[1]);
+                gas(&Geodetic { altitude, ..place })
+            }
+            None | Some(Outside::Continue | Outside::Stop) => gas(&place),
+        };
+        let factor = self.factors.as_ref().map_or(1.0, |f| f.at(place.altitude));
+        Air {
+            density: a.density * factor,
+            pressure: a.pressure * factor,
+            temperature: a.temperature,
+            speed_of_sound: a.sound_speed,
+            wind: spin.omega_I.cross(&p) + over_ground,
+        }
+    }
+}
+
+/// Wind over height, from layers or a file.
+fn winds(w: &Written<'_>, files: &Files) -> Result<Option<Profile<Vec3>>, BuildError> {
+    let Some(name) = w.wind_table else {
+        let wind = |w: &WindLayer| (w.altitude, Vec3::new(w.east, w.north, w.up));
+        let entries: Vec<_> = w.winds.iter().map(wind).collect();
+        let given = !entries.is_empty();
+        return given.then(|| Profile::winds(entries).map_err(|e| fault(&e, "winds"))).transpose();
+    };
+    if !w.winds.is_empty() {
+        return Err(BuildError::new("`winds` and `wind_table` are both given")
+            .help("give layers, or a file of them")
+            .at("wind_table"));
+    }
+    let text = text_of(name, "wind_table", files)?;
+    Ok(Some(Profile::read_winds(name, &text).map_err(|e| fault(&e, "wind_table"))?))
+}
+
+/// The text of a file that a parameter names.
+pub(super) fn text_of(
+    name: &str,
+    param: &'static str,
+    files: &Files,
+) -> Result<String, BuildError> {
+    let path = files.resolve(name).map_err(|e| e.at(param))?;
+    linkwork_formats::whole_text(&path).map_err(|e| {
+        BuildError::new(format!("`{name}`: {e}")).help("a text file is wanted").at(param)
+    })
+}
