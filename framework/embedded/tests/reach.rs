@@ -103,14 +103,22 @@ fn out_of_reach_is_answered_with_the_nearest() {
         let sphere = &json["sphere_beyond_which_nothing_is_reached"];
         let centre = numbers(&sphere["centre_in_base"]);
         let radius = sphere["radius"].as_f64().unwrap();
+        let mut costs = Vec::new();
         for row in json["unreachable"].as_array().unwrap() {
             let X = pose(&numbers(row));
             let mut q = vec![0.0; model.nq()];
             let goal = Goal::pose(X);
             let answer = robot.reach(arm, &goal, Frame::Base, &Effort::default(), &mut q).unwrap();
             assert_eq!(answer.outcome, Outcome::Nearest);
-            // Lengths tell that no start will do: a quarter of them is looked at (some 640 evaluations otherwise).
+            // Lengths tell that no start will do: a quarter of them is looked at (some 640 evaluations otherwise), and with four times as many, which is all of the usual
+            // ones, the nearest is hardly nearer.
             assert!(answer.kinematics < 350, "{}", answer.kinematics);
+            let whole = Effort { restarts: 4 * Effort::default().restarts, ..Effort::default() };
+            let mut other = vec![0.0; model.nq()];
+            let all = robot.reach(arm, &goal, Frame::Base, &whole, &mut other).unwrap();
+            let [few, all] = [&answer, &all]
+                .map(|a| a.residual.position.powi(2) + a.residual.orientation.powi(2));
+            costs.push([few, all]);
             // The residual is that of q, and no less than geometry says.
             let (p, R) = off(&model, &json, &q, &X);
             assert!((p - answer.residual.position).abs() < 1e-9, "{p}");
@@ -135,6 +143,10 @@ fn out_of_reach_is_answered_with_the_nearest() {
                 }
             }
         }
+        let mean =
+            |k: usize| costs.iter().map(|c: &[f64; 2]| c[k]).sum::<f64>() / costs.len() as f64;
+        // Measured with 60 starts: 0.35 and 0.01 % more.
+        assert!(mean(0) < 1.01 * mean(1), "{name}: {} {}", mean(0), mean(1));
     }
 }
 

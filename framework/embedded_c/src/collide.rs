@@ -1,9 +1,10 @@
 //! Collisions at any configuration; the robot's own q does not matter.
 
-use crate::edge::{Out, alone, numbers, numbers_mut, value};
+use crate::edge::{Out, alone, list, numbers, numbers_mut, value};
 use crate::robot::{Instance, LwRobot};
 use crate::status::{Fault, LwStatus};
 use linkwork_embedded::{Closest, ColliderId, Detail, Distance, Occupancy, RobotError, Visibility};
+use std::mem::MaybeUninit;
 
 /// The shapes of colliders themselves.
 pub const LW_DETAIL_FINE: u32 = 0;
@@ -112,9 +113,17 @@ pub unsafe extern "C" fn lw_robot_collides_all(
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
-            let q = numbers("q", q, n, rows.saturating_mul(r.model().nq()))?;
-            let out = numbers_mut("out", out, rows, rows)?;
-            Ok(r.robot.collides_all(q, out)?)
+            let nq = r.model().nq();
+            let q = numbers("q", q, n, rows.saturating_mul(nq))?;
+            // What C has there may be no bool yet: it is written and not read.
+            let out = numbers_mut("out", out.cast::<MaybeUninit<bool>>(), rows, rows)?;
+            if let Some(index) = q.iter().position(|x| !x.is_finite()) {
+                return Err(RobotError::NotFinite { what: "q", index, value: q[index] }.into());
+            }
+            for (k, out) in out.iter_mut().enumerate() {
+                out.write(r.robot.collides(&q[k * nq..(k + 1) * nq])?);
+            }
+            Ok(())
         })
     }
 }
@@ -211,23 +220,6 @@ pub unsafe extern "C" fn lw_robot_hits(
     }
 }
 
-/// # Safety
-/// The promises at the head of the crate.
-pub(crate) unsafe fn list<T>(
-    what: &'static str,
-    from: impl ExactSizeIterator<Item = T>,
-    to: &mut [T],
-    count: Out<usize>,
-) -> Result<(), Fault> {
-    let (wanted, room) = (from.len(), to.len());
-    if wanted <= room {
-        to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
-    }
-    // SAFETY: the caller's promises; the slices are in use no more.
-    unsafe { count.set(wanted) };
-    if wanted <= room { Ok(()) } else { Err(RobotError::NoRoom { what, wanted, room }.into()) }
-}
-
 /// Which shapes all questions of collisions take from now on: one of `LW_DETAIL_..`; the fine ones at first.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_set_detail(robot: *mut LwRobot, detail: u32) -> LwStatus {
@@ -314,9 +306,9 @@ pub unsafe extern "C" fn lw_robot_pad_all(
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
+            let given = numbers("colliders", colliders, n, n)?;
             let mut all = std::mem::take(&mut r.padded);
             all.clear();
-            let given = numbers("colliders", colliders, n, n)?;
             let found = given.iter().try_for_each(|i| r.collider(*i).map(|id| all.push(id)));
             let done = found.and_then(|()| Ok(r.robot.pad_all(&all, padding)?));
             r.padded = all;

@@ -193,6 +193,25 @@ pub(crate) unsafe fn numbers_mut<'a, T>(
     Ok(unsafe { std::slice::from_raw_parts_mut(p, got) })
 }
 
+/// Answers with a list where there is room for it, and with how many there are.
+///
+/// # Safety
+/// The promises at the head of the crate.
+pub(crate) unsafe fn list<T>(
+    what: &'static str,
+    from: impl ExactSizeIterator<Item = T>,
+    to: &mut [T],
+    count: Out<usize>,
+) -> Result<(), Fault> {
+    let (wanted, room) = (from.len(), to.len());
+    if wanted <= room {
+        to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
+    }
+    // SAFETY: the caller's promises; the slices are in use no more.
+    unsafe { count.set(wanted) };
+    if wanted <= room { Ok(()) } else { Err(RobotError::NoRoom { what, wanted, room }.into()) }
+}
+
 /// Refuses memory to read that overlaps memory to write.
 pub(crate) fn apart(
     (what, p, n): (&'static str, *const f64, usize),

@@ -1,7 +1,6 @@
 //! What never changes about a robot, and its names.
 
-use crate::collide::list;
-use crate::edge::{self, Out, numbers_mut, shared, text, write_text};
+use crate::edge::{self, Out, list, numbers_mut, shared, text, write_text};
 use crate::status::{Fault, LwStatus, Message};
 use linkwork_embedded::{ColliderId, Object, RobotError, RobotModel};
 use std::ffi::c_char;

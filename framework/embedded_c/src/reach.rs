@@ -92,7 +92,7 @@ pub struct LwEffort {
     pub tolerances: [f64; 2],
     /// Steps from one start.
     pub steps: usize,
-    /// Starts elsewhere, the same ones each time.
+    /// Starts elsewhere, the same ones each time; a quarter of them for the nearest to a position that is out of reach by the lengths of links.
     pub restarts: usize,
     /// Evaluations of the kinematics in one call, at most.
     pub kinematics: usize,

@@ -10,6 +10,8 @@ const TILE: [f64; 2] = [5.0, 2.5];
 const FEW: f64 = 16.0;
 const NODES: f64 = 128.0;
 const MOST: f64 = 60.0;
+/// Nodes of the coarse form along an edge of the map, about, at most.
+const SEEN: usize = 720;
 /// Nodes of the coarse form are at least this far apart (m).
 const COARSE: f64 = 0.5;
 /// Parts along a cell of the grid that was changed, at most.
@@ -55,18 +57,19 @@ impl Tiles {
         if surface.nx < 2 || surface.ny < 2 {
             return None;
         }
-        // A viewer is slow with thousands of meshes: few tiles, while each has not too many nodes; however large the map, not more than `MOST`.
-        let tile = |k: usize, n: usize| {
-            let cells = (n - 1) as f64;
+        // A viewer is slow with thousands of meshes: few tiles, while each has not too many nodes. Where tiles are sent again and again they stay small.
+        let cells = [surface.nx - 1, surface.ny - 1];
+        let per = [0, 1].map(|k| {
+            let all = cells[k] as f64;
             let least = TILE[usize::from(draped)] / surface.spacing[k];
-            let nodes = least.max((cells / FEW).min(NODES)).max(cells / MOST).round() as usize;
-            nodes.clamp(1, n - 1)
-        };
-        let per = [tile(0, surface.nx), tile(1, surface.ny)];
-        let count = [(surface.nx - 1).div_ceil(per[0]), (surface.ny - 1).div_ceil(per[1])];
+            let few = if draped { 0.0 } else { (all / FEW).min(NODES) };
+            let nodes = least.max(few).max(all / MOST).round() as usize;
+            nodes.clamp(1, cells[k])
+        });
+        let count = [0, 1].map(|k| cells[k].div_ceil(per[k]));
         let stride = [0, 1].map(|k| {
             let want = (COARSE / surface.spacing[k]).round().max(1.0) as usize;
-            want.max(per[k] / 12).min(per[k])
+            want.max(cells[k] / SEEN).min(per[k])
         });
         let range = surface
             .heights
@@ -395,6 +398,28 @@ mod tests {
             all.map(|n| n[2]).fold(1.0, f32::min)
         };
         assert!(normals(&layers) < 0.9 * normals(&Layers::default()));
+    }
+
+    #[test]
+    fn large_maps_have_few_tiles_unless_they_are_sent_again() {
+        let of = |n: usize, spacing: f64, draped: bool| {
+            let surface = Surface {
+                origin: [0.0; 2],
+                spacing: [spacing; 2],
+                nx: n + 1,
+                ny: n + 1,
+                heights: vec![0.0; (n + 1) * (n + 1)],
+            };
+            let t = Tiles::new(surface, None, draped).unwrap();
+            (t.count, t.per, t.stride)
+        };
+        // 300 m at 0.5 m: 16 tiles along an edge, as fine as the map; 60 of 5 m where parts show something.
+        assert_eq!(of(600, 0.5, false), ([16; 2], [38; 2], [1; 2]));
+        assert_eq!(of(600, 0.5, true), ([60; 2], [10; 2], [1; 2]));
+        // 1 km at 0.25 m: tiles of 128 nodes; every fifth of the nodes at first.
+        assert_eq!(of(4000, 0.25, false), ([32; 2], [128; 2], [5; 2]));
+        // A small one: tiles of 5 m, nodes 0.5 m apart.
+        assert_eq!(of(400, 0.05, false), ([4; 2], [100; 2], [10; 2]));
     }
 
     #[test]

@@ -112,14 +112,14 @@ impl Collisions {
         if let Some(id) = model.collider(name) {
             return Ok(vec![id]);
         }
-        if let Some(part) = model.part(name) {
-            return Ok(model.colliders_of_part(part).map_err(refuse)?.collect());
-        }
-        if let Some(object) = model.object(name) {
-            return Ok(model.colliders_of_object(object).map_err(refuse)?.collect());
-        }
-        let on = |id: &ColliderId| model.collider_spec(*id).body == name;
-        let all: Vec<ColliderId> = model.colliders().map(|c| c.0).filter(on).collect();
+        let all: Vec<ColliderId> = match (model.part(name), model.object(name)) {
+            (Some(part), _) => model.colliders_of_part(part).map_err(refuse)?.collect(),
+            (None, Some(object)) => model.colliders_of_object(object).map_err(refuse)?.collect(),
+            (None, None) => {
+                let on = |id: &ColliderId| model.collider_spec(*id).body == name;
+                model.colliders().map(|c| c.0).filter(on).collect()
+            }
+        };
         if !all.is_empty() {
             return Ok(all);
         }

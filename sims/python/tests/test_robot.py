@@ -687,6 +687,10 @@ def test_parts_objects_and_bodies_stand_for_their_colliders():
             call()
     with pytest.raises(lw.LinkworkError, match="hando"):
         robot.body_pose("hando")
+    bare = three(colliders=[], objects={"cup": (0.3, [0, 0, 0], np.eye(3) / 1000)})
+    for name in ("arm", "cup", "hand"):
+        with pytest.raises(lw.LinkworkError, match="with colliders"):
+            bare.pad(name, 0.01)
 
 
 def test_a_battery_goes_with_its_driver():

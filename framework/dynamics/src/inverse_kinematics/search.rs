@@ -33,7 +33,7 @@ const SLOW: f64 = 0.25;
 const SLOW_STEPS: usize = 2;
 /// So many steps refused one after another end a start: damping has grown by 2^300 then.
 const REFUSALS: usize = 24;
-/// Where a target is proven to be out of reach, the nearest is sought from this part of the starts: more of them hardly find a nearer one.
+/// Where a target is proven to be out of reach, the nearest is sought from one start in so many: more of them hardly find a nearer one.
 const BEYOND: usize = 4;
 /// Rounds of multipliers, at most.
 const ROUNDS: usize = 40;
@@ -395,12 +395,15 @@ impl InverseKinematics {
         match self.search.stage {
             Stage::Step => {
                 self.keep_better();
-                if self.search.restart == 0 {
+                let mut restarts = self.effort.restarts;
+                if self.search.restart == 0 && restarts > 0 {
                     self.search.beyond = self.is_beyond(tree);
                 }
                 let s = &mut self.search;
-                let portion = if s.beyond { BEYOND } else { 1 };
-                if s.restart < self.effort.restarts / portion {
+                if s.beyond {
+                    restarts = restarts.div_ceil(BEYOND);
+                }
+                if s.restart < restarts {
                     (s.restart, s.stage) = (s.restart + 1, Stage::Start);
                 } else {
                     s.restart = s.best_restart;
@@ -460,8 +463,9 @@ impl InverseKinematics {
     /// Whether lengths prove that one of the targets is out of reach.
     fn is_beyond(&self, tree: &Tree) -> bool {
         let margin = self.effort.position_tolerance;
+        let kept = |dof: usize, at: usize| (!self.moves[dof]).then(|| self.start[at]);
         self.targets.iter().any(|t| match (t.goal.position, t.goal.place, t.relative_to) {
-            (Some(p), Place::Point, None) => beyond(tree, t.node, &p, margin),
+            (Some(p), Place::Point, None) => beyond(tree, t.node, kept, &p, margin),
             _ => false,
         })
     }

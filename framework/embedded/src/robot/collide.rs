@@ -325,7 +325,7 @@ impl Robot {
         self.pad_all(&[id], padding)
     }
 
-    /// Thickness around each of several colliders from now on, m: those of a part ([`RobotModel::colliders_of_part`]) or of an object. O(n · colliders).
+    /// Thickness around each of several colliders from now on, m: those of a part ([`RobotModel::colliders_of_part`]) or of an object. O(n² · colliders).
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`]; [`RobotError::OutOfRange`] when it is negative or not finite; [`RobotError::NeverFree`] when with it two colliders of

@@ -391,7 +391,7 @@ typedef struct LwEffort {
   double tolerances[2];
   // Steps from one start.
   size_t steps;
-  // Starts elsewhere, the same ones each time.
+  // Starts elsewhere, the same ones each time; a quarter of them for the nearest to a position that is out of reach by the lengths of links.
   size_t restarts;
   // Evaluations of the kinematics in one call, at most.
   size_t kinematics;
