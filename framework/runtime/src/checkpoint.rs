@@ -173,8 +173,7 @@ impl Simulation {
             }
         }
         self.replaced();
-        let plan = self.plan().clone();
-        self.judge(&plan, None);
+        self.judge();
         Ok(())
     }
 
@@ -283,8 +282,7 @@ impl Simulation {
         self.replaced();
         self.take_pins(&c.pins).map_err(|why| CheckpointError::Mismatch { why })?;
         // What this run said of its own start is no matter of the state that it has now.
-        let plan = self.plan().clone();
-        self.judge(&plan, None);
+        self.judge();
         Ok(())
     }
 

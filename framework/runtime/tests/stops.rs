@@ -193,6 +193,63 @@ fn a_start_that_a_part_refuses_is_no_start() {
     sim.check().and_then(|()| sim.step()).unwrap();
 }
 
+/// What stopped a run is due no more where the state, or the part, was changed so that it is inside again: the run goes on, and stops where it leaves again.
+#[test]
+fn a_run_that_was_put_back_inside_goes_on() {
+    for integrator in METHODS {
+        let plan = compiled(table(&[]), integrator);
+        let mut sim = Simulation::new(plan.clone());
+        let first = sim.run_until(seconds(3.0)).unwrap_err();
+        // Another variable alone changes nothing.
+        sim.set("other.state.x", 0.3).unwrap();
+        assert_eq!(sim.step().unwrap_err().message, first.message, "{integrator:?}");
+        sim.set("cell.table.state.x", 0.5).unwrap();
+        let again = sim.run_until(seconds(3.0)).unwrap_err();
+        let after = again.time - first.time;
+        let order = if integrator == METHODS[0] { 0.04 } else { 1e-4 };
+        assert!((after - (4f64 / 3.0).ln()).abs() < order, "{integrator:?}: {after}");
+        assert!(again.message.contains("1.000000 is beyond 1"), "{again}");
+        // With a longer table.
+        let mut sim = Simulation::new(plan);
+        sim.run_until(seconds(3.0)).unwrap_err();
+        sim.move_to(compiled(table(&[("end", 2.0)]), integrator)).unwrap();
+        let later = sim.run_until(seconds(3.0)).unwrap_err();
+        assert!((later.time - 3f64.ln()).abs() < order, "{integrator:?}: {later}");
+        assert!(later.message.contains("2.000000 is beyond 2"), "{later}");
+    }
+}
+
+/// A part that goes over from being told to being stopped, and is outside, is judged at the transition; so is a checkpoint of it.
+#[test]
+fn a_part_that_is_to_stop_from_a_phase_on_stops_there() {
+    let phase = |name: &str, stop: f64, to: &[(&str, &str)]| PhaseSpec {
+        name: name.into(),
+        spec: table(&[("stop", stop)]),
+        transitions: (to.iter())
+            .map(|(to, when)| TransitionSpec {
+                to: (*to).into(),
+                when: (*when).into(),
+                origin: Origin::NONE,
+            })
+            .collect(),
+        origin: Origin::NONE,
+    };
+    let phases = [phase("told", 0.0, &[("stopped", "time > 0.95 s")]), phase("stopped", 1.0, &[])];
+    let program = compile_program(&phases, &all(), &Files::default());
+    let program = Arc::new(program.unwrap_or_else(|e| panic!("{e}")));
+    let mut sim = Simulation::of(program.clone());
+    sim.run_until(seconds(0.9)).unwrap();
+    assert_eq!(sim.take_notices().len(), 1);
+    let error = sim.run_until(seconds(2.0)).unwrap_err();
+    assert!((error.time - 0.95).abs() < 1e-9 && error.message.contains("is beyond 1"), "{error}");
+    assert_eq!(sim.phase(), "stopped");
+    assert_eq!(sim.step().unwrap_err(), error);
+    let mut cut = Simulation::of(program);
+    cut.restore(&sim.checkpoint("").unwrap()).unwrap();
+    assert_eq!(cut.step().unwrap_err(), error);
+    assert_eq!((cut.state(), cut.hash()), (sim.state(), sim.hash()));
+}
+
 /// A phase that brings a part which cannot begin there ends the run at the transition; so does an edit.
 #[test]
 fn a_phase_whose_part_refuses_its_start_ends_the_run_there() {

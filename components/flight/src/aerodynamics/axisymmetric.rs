@@ -167,7 +167,9 @@ pub(super) fn leaves(
     reach: impl FnOnce() -> String,
     was: &Left,
 ) -> Option<BuildError> {
-    (which == LEAVES && !was.outside).then(|| beyond(outside, "leaves the tables,", reach))
+    // What was clamped once is told no more; what is to stop stops, whatever it was told before.
+    let silent = was.outside && outside == Outside::Clamp;
+    (which == LEAVES && !silent).then(|| beyond(outside, "leaves the tables,", reach))
 }
 
 /// What coefficients of an axisymmetric body are multiplied with.

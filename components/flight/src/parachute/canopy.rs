@@ -292,8 +292,9 @@ impl Model for Canopy {
             let next = self.next_stage(d).unwrap_or(f64::INFINITY).min(end);
             if next.is_finite() { c.t - next } else { -1.0 }
         };
-        // When all is told the air is not asked again.
-        let told = d.outside || (d.stage < 0.5 && self.p.packed == 0.0);
+        // When all is told the air is not asked again; what is to stop stops, whatever was told before.
+        let silent = d.outside && self.p.outside != Outside::Stop;
+        let told = silent || (d.stage < 0.5 && self.p.packed == 0.0);
         let inside = if told { 1.0 } else { self.inside(self.mach(c.t, u), d) };
         NextChange { since, command: u.deploy - 0.5, inside }
     }

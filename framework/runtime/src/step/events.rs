@@ -12,7 +12,7 @@ use super::evaluate::{self, Running, Stopped};
 use super::integrate::Purpose;
 use super::{GuardState, Simulation, State};
 use crate::block::{Evaluation, Failure, Now};
-use crate::plan::{Fires, Plan};
+use crate::plan::{Fires, GuardPlan, Plan};
 use linkwork_integrate::Failure as StepFailure;
 use linkwork_integrate::events::{Crossing, Direction, Search, SearchError, Side, first_crossing};
 
@@ -47,6 +47,20 @@ impl GuardState {
         }
         crossed || (level && value > 0.0)
     }
+
+    /// Due no more where the state was changed from outside, or the part, so that the value stands where it came from again. `change`: its last one in a step; within a
+    /// millionth of that it is rounding.
+    pub(super) fn go_back(&mut self, value: f64, change: f64, guard: &GuardPlan) {
+        let rounding = if change.is_finite() { 1e-6 * change.abs() } else { 1e-9 };
+        let back = match guard.direction {
+            Direction::Rising => value < -rounding,
+            Direction::Falling => value > rounding,
+            Direction::Either => false,
+        };
+        if self.due && back && !guard.level() {
+            (self.due, self.value, self.side) = (false, value, sign(value));
+        }
+    }
 }
 
 impl Simulation {
@@ -69,6 +83,19 @@ impl Simulation {
             let (state, value) = (&mut self.state.guards[k], self.work.end[k]);
             state.due |= guard.level() && value > 0.0;
             (state.value, state.side, state.change) = (value, sign(value), f64::INFINITY);
+        }
+        Ok(())
+    }
+
+    /// After a state was set: guards that are due and stand where they came from are due no more.
+    pub(super) fn go_back(&mut self) -> Result<(), Stopped> {
+        let plan = self.plan.clone();
+        if self.is_due() {
+            self.values_now(&plan)?;
+            for (k, guard) in plan.guards.iter().enumerate() {
+                let state = &mut self.state.guards[k];
+                state.go_back(self.work.end[k], state.change, guard);
+            }
         }
         Ok(())
     }

@@ -215,7 +215,7 @@ impl Simulation {
         let mut sim =
             Simulation { program, plan, state, blocks, work, moved, notices, broken, profile };
         match sim.first_row() {
-            Ok(()) => sim.judge(&sim.plan.clone(), None),
+            Ok(()) => sim.judge(),
             Err(stopped) => sim.broken = Some(Box::new(sim.stopped(stopped))),
         }
         sim
@@ -563,7 +563,7 @@ impl Simulation {
                 );
             }
         }
-        self.refresh().map_err(|stopped| {
+        self.refresh().and_then(|()| self.go_back()).map_err(|stopped| {
             let e = self.stopped(stopped);
             // As it was; that could be evaluated.
             match v.place {
@@ -624,7 +624,7 @@ impl Simulation {
         let ops = &plan.continuous_ops;
         evaluate::run_all(&mut self.blocks, &plan, ops, &now, lanes, pins.as_deref())?;
         if self.broken.is_some() {
-            self.judge(&plan, None);
+            self.judge();
         }
         Ok(())
     }

@@ -173,9 +173,7 @@ impl Simulation {
             (state.pins, report.unpinned) = pins::find(plan, old.values());
         }
         self.begin(plan, state, blocks, (&whole, route))?;
-        // Where the state before could not be gone on from, all that it holds is looked at again.
-        let new = self.broken.is_none().then_some(&report.new[..]);
-        self.judge(plan, new);
+        self.judge();
         Ok(report)
     }
 
@@ -265,10 +263,11 @@ impl Simulation {
             route.guards.iter().map(|g| g.map(|j| self.state.guards[j as usize])).collect();
         (self.plan, self.state, self.blocks, self.work) = (plan.clone(), state, blocks, work);
         self.arm()?;
-        for (new, old) in self.state.guards.iter_mut().zip(old) {
-            // A guard of a part that goes on: what is due stays due.
+        for ((new, old), guard) in self.state.guards.iter_mut().zip(old).zip(&plan.guards) {
+            // A guard of a part that goes on: what is due stays due, unless the other plan has it elsewhere.
             if let Some(old) = old {
                 (new.side, new.due) = (old.side, old.due);
+                new.go_back(new.value, old.change, guard);
             }
         }
         Ok(())

@@ -51,14 +51,14 @@ impl Simulation {
         block: u32,
         which: usize,
     ) -> Result<(), Stopped> {
-        if self.notices.told.contains(name) {
-            return Ok(());
-        }
         let now = self.next(Evaluation::Tick);
         let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
         if let Some(told) = self.blocks[block as usize].tells(&now, which, x, d, sig) {
             if told.stops {
                 return Err(stop(block, told));
+            }
+            if self.notices.told.contains(name) {
+                return Ok(());
             }
             let part = &plan.parts[block as usize];
             let message = format!("`{}`: {}", part.path, told.message);
@@ -68,16 +68,15 @@ impl Simulation {
         Ok(())
     }
 
-    /// Whether a part with guards, of `new` when that is given, finds that a run cannot begin here: every step then says so, until the
-    /// state is another.
-    pub(crate) fn judge(&mut self, plan: &Plan, new: Option<&[String]>) {
+    /// Whether a part finds that a run cannot begin here, or go on from here: every step then says so, until the state is another. All parts are
+    /// asked, also those that were there before: a checkpoint of this state is judged in the same way.
+    pub(crate) fn judge(&mut self) {
         self.broken = None;
-        let now = self.next(Evaluation::Tick);
+        let (plan, now) = (self.plan.clone(), self.next(Evaluation::Tick));
         let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);
         let rests = |k: u32| plan.rest.as_ref().is_some_and(|rest| rest.parts.contains(&k));
-        let is_new = |k: u32| new.is_none_or(|new| new.contains(&plan.parts[k as usize].path));
-        for k in plan.guarded.iter().map(|g| g.block).filter(|k| !rests(*k) && is_new(*k)) {
-            let mut remarks = self.blocks[k as usize].remarks(&now, x, d, sig).into_iter();
+        for (k, block) in (0u32..).zip(&mut self.blocks).filter(|(k, _)| !rests(*k)) {
+            let mut remarks = block.remarks(&now, x, d, sig).into_iter();
             if let Some(told) = remarks.find(|remark| remark.stops) {
                 self.broken = Some(Box::new(self.stopped(stop(k, told))));
                 return;
