@@ -147,3 +147,37 @@ fn a_tank_that_blows_down_is_dry_when_the_closed_form_says() {
     // Without the spin the engine beside the axis would turn it over; the cone costs next to nothing.
     assert!(v.z < gained && v.z > 0.999 * gained && v.xy().norm() < 0.02 * gained, "{v}");
 }
+
+/// A cube head on in fast molecules that leave diffusely: C_D = 2 + 1/S² + √π/S √(T_w/T) of the face ahead, 1/(√π S) of each of the four
+/// along the stream, S = V √(M/2RT); in a turn it comes down by 2 π C_D A ρ a²/m, in a day by more than sixteen times that, since the air grows denser.
+#[test]
+fn a_cube_in_low_orbit_is_braked_as_free_molecules_do() {
+    let mut sim = repository("earth_orbit/panels.ron", &[]).unwrap();
+    let number = |sim: &linkwork_runtime::Simulation, name: &str| sim.get(name).unwrap();
+    // EDL.md c: the standard atmosphere at 300 km.
+    let (density, r0, z) = (1.915_68e-11_f64, 6356.766_f64, 300.0_f64);
+    let temperature = 1000.0 - 640.0 * (-0.018_75 * (z - 120.0) * (r0 + 120.0) / (r0 + z)).exp();
+    let (radius, face, mass) = (6_678_137.0_f64, 0.1, 20.0);
+    let speed = (MU / radius).sqrt();
+    let ratio = speed * (0.0177 / (2.0 * 8.314_462_618 * temperature)).sqrt();
+    let root = std::f64::consts::PI.sqrt();
+    let ahead = 2.0 + 1.0 / (ratio * ratio) + root / ratio * (300.0 / temperature).sqrt();
+    let coefficient = ahead + 4.0 / (root * ratio);
+    let drag = 0.5 * density * speed * speed * face * coefficient;
+    let felt = get(&sim, "Panels.load.force");
+    println!("S {ratio}, C_D {coefficient}: {drag} N, felt {felt:?}");
+    assert!((-felt.y / drag - 1.0).abs() < 1e-4 && felt.x.abs() + felt.z.abs() < 1e-9 * drag);
+    // ȧ = −2 D a/(m v) on a circle.
+    let turn = 2.0 * std::f64::consts::PI * radius / speed;
+    let axis = |sim: &linkwork_runtime::Simulation| -0.5 * MU / number(sim, "Orbit.energy");
+    sim.run_until(seconds((turn * 1e3).round() / 1e3)).unwrap();
+    let lost = radius - axis(&sim);
+    let want = 2.0 * drag / mass * radius / speed * turn;
+    println!("{lost} m a turn, {want} m by the formula");
+    assert!((lost / want - 1.0).abs() < 0.01, "{lost} {want}");
+    sim.run_until(seconds(86_400.0)).unwrap();
+    let (down, turned) = (radius - axis(&sim), number(&sim, "Panels.alpha_total").to_degrees());
+    println!("{down} m in a day, {turned} deg off the stream");
+    // Sixteen turns, and denser air below: 2 % a kilometre.
+    assert!(down > 15.9 * lost && down < 17.5 * lost && turned < 5.0, "{down} {turned}");
+}
