@@ -318,6 +318,20 @@ impl Results {
         if !self.bands.is_empty() {
             tables.push(("bands", Cow::Owned(table(&self.bands))));
         }
+        // What a file of before had, and this one has not.
+        for name in
+            ["requirements", "bands"].into_iter().filter(|n| tables.iter().all(|t| t.0 != *n))
+        {
+            for end in ["csv", "parquet"] {
+                let path = folder.join(format!("{name}.{end}"));
+                match std::fs::remove_file(&path) {
+                    Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
+                        return Err(format!("{}: {e}", path.display()));
+                    }
+                    _ => {}
+                }
+            }
+        }
         let mut files = Vec::new();
         for (name, table) in tables {
             for (end, bytes) in [("csv", table.csv()), ("parquet", table.parquet()?)] {

@@ -2,7 +2,6 @@
 use crate::{exit, load, run};
 use linkwork_runtime::{RankReport, Simulation};
 use std::path::Path;
-use std::sync::Arc;
 
 /// Prints every mistake, or what there is.
 pub fn check(sim: &Path, set: &[String]) -> u8 {
@@ -14,6 +13,11 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
         return code;
     }
     let p = ready.plan();
+    if let Err(e) = Simulation::new(ready.program.phases[0].plan.clone()).check() {
+        load::warn(&ready);
+        tell!("error: {e}");
+        return exit::FAILED;
+    }
     say!(
         "ok: {} models, {} services, {} wires, {} variables; tick {}, step {}, {} operations a stage",
         p.parts.len(),
@@ -40,13 +44,7 @@ pub fn check(sim: &Path, set: &[String]) -> u8 {
         say!("    phases: {}", names.join(", "));
     }
     load::warn(&ready);
-    match Simulation::of(Arc::new(ready.program)).check() {
-        Ok(()) => exit::OK,
-        Err(e) => {
-            tell!("error: {e}");
-            exit::FAILED
-        }
-    }
+    exit::OK
 }
 
 /// What loops and couplings leave of the motion, and which of them repeat others.

@@ -206,7 +206,8 @@ fn a_run_that_was_put_back_inside_goes_on() {
         sim.set("cell.table.state.x", 0.5).unwrap();
         let again = sim.run_until(seconds(3.0)).unwrap_err();
         let after = again.time - first.time;
-        let order = if integrator == METHODS[0] { 0.04 } else { 1e-4 };
+        // Euler is of first order.
+        let order = if integrator == METHODS[0] { 0.08 } else { 1e-4 };
         assert!((after - (4f64 / 3.0).ln()).abs() < order, "{integrator:?}: {after}");
         assert!(again.message.contains("1.000000 is beyond 1"), "{again}");
         // With a longer table.
