@@ -103,6 +103,16 @@ fn compiled(mut s: Spec, integrator: Integrator) -> Arc<Plan> {
     Arc::new(compile(&s, &all(), &Files::default()).unwrap_or_else(|e| panic!("{e}")))
 }
 
+fn phase(name: &str, spec: Spec, to: &[(&str, &str)]) -> PhaseSpec {
+    let transition = |(to, when): &(&str, &str)| TransitionSpec {
+        to: (*to).into(),
+        when: (*when).into(),
+        origin: Origin::NONE,
+    };
+    let transitions = to.iter().map(transition).collect();
+    PhaseSpec { name: name.into(), spec, transitions, origin: Origin::NONE }
+}
+
 const WORDS: [&str; 2] = ["`cell.table`: 1.000000 is beyond 1", "help: extend the table"];
 
 /// x = eᵗ − 1 passes 1 at ln 2: every method stops there, by the part's path and words, with numbers that hold; and again when it is
@@ -223,19 +233,10 @@ fn a_run_that_was_put_back_inside_goes_on() {
 /// A part that goes over from being told to being stopped, and is outside, is judged at the transition; so is a checkpoint of it.
 #[test]
 fn a_part_that_is_to_stop_from_a_phase_on_stops_there() {
-    let phase = |name: &str, stop: f64, to: &[(&str, &str)]| PhaseSpec {
-        name: name.into(),
-        spec: table(&[("stop", stop)]),
-        transitions: (to.iter())
-            .map(|(to, when)| TransitionSpec {
-                to: (*to).into(),
-                when: (*when).into(),
-                origin: Origin::NONE,
-            })
-            .collect(),
-        origin: Origin::NONE,
-    };
-    let phases = [phase("told", 0.0, &[("stopped", "time > 0.95 s")]), phase("stopped", 1.0, &[])];
+    let phases = [
+        phase("told", table(&[("stop", 0.0)]), &[("stopped", "time > 0.95 s")]),
+        phase("stopped", table(&[]), &[]),
+    ];
     let program = compile_program(&phases, &all(), &Files::default());
     let program = Arc::new(program.unwrap_or_else(|e| panic!("{e}")));
     let mut sim = Simulation::of(program.clone());
@@ -254,18 +255,6 @@ fn a_part_that_is_to_stop_from_a_phase_on_stops_there() {
 /// A phase that brings a part which cannot begin there ends the run at the transition; so does an edit.
 #[test]
 fn a_phase_whose_part_refuses_its_start_ends_the_run_there() {
-    let phase = |name: &str, spec: Spec, to: &[(&str, &str)]| PhaseSpec {
-        name: name.into(),
-        spec,
-        transitions: (to.iter())
-            .map(|(to, when)| TransitionSpec {
-                to: (*to).into(),
-                when: (*when).into(),
-                origin: Origin::NONE,
-            })
-            .collect(),
-        origin: Origin::NONE,
-    };
     let alone = || spec(vec![part("other", "t.integrator", &[("k", 3.0)], None)], &[]);
     let phases =
         [phase("a", alone(), &[("b", "time > 0.25 s")]), phase("b", table(&[("start", 1.5)]), &[])];
