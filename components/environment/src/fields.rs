@@ -91,8 +91,8 @@ impl Gravity for PointMassGravity {
 #[service("environment.point_mass_gravity", Gravity)]
 impl Service for PointMassGravity {
     type Params = PointMassGravityParams;
-    fn build(p: PointMassGravityParams, _: &Files) -> Result<Self, BuildError> {
-        let planet = p.planet.as_ref().map(PlanetParams::about_z).transpose()?;
+    fn build(p: PointMassGravityParams, files: &Files) -> Result<Self, BuildError> {
+        let planet = p.planet.as_ref().map(|planet| planet.about_z(files)).transpose()?;
         Ok(PointMassGravity { mu: p.mu, planet })
     }
 }
@@ -252,11 +252,11 @@ impl Sun for FixedSun {
 #[service("environment.fixed_sun", Sun)]
 impl Service for FixedSun {
     type Params = FixedSunParams;
-    fn build(p: FixedSunParams, _: &Files) -> Result<Self, BuildError> {
+    fn build(p: FixedSunParams, files: &Files) -> Result<Self, BuildError> {
         let (sin_a, cos_a) = p.azimuth.sin_cos();
         let (sin_e, cos_e) = p.elevation.sin_cos();
         let direction = Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e);
-        let site = p.planet.map_or(Ok(None), |planet| planet.planet().map(|p| p.site))?;
+        let site = p.planet.map_or(Ok(None), |planet| planet.planet(files).map(|p| p.site))?;
         Ok(FixedSun { start: SunState { direction, distance_au: p.distance_au }, site })
     }
 }

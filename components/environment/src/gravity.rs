@@ -262,7 +262,7 @@ fn pullers(p: &HarmonicsParams, files: &Files) -> Result<Vec<Puller>, BuildError
         let field = field(&own.file, own.format, (own.degree, own.order), files)
             .map_err(|e| e.at("fields"))?;
         all[at].mu = field.mu();
-        all[at].field = Some((field, turns.rotation()?));
+        all[at].field = Some((field, turns.rotation(files)?));
     }
     Ok(all)
 }
@@ -303,7 +303,7 @@ impl Service for SphericalHarmonics {
                 .at("love"));
         }
         let love = (p.love, field.radius());
-        Ok(SphericalHarmonics { field, planet: p.planet.planet()?, pullers, love })
+        Ok(SphericalHarmonics { field, planet: p.planet.planet(files)?, pullers, love })
     }
 }
 
@@ -398,8 +398,8 @@ impl Gravity for ZonalGravity {
 #[service("environment.zonal_gravity", Gravity)]
 impl Service for ZonalGravity {
     type Params = ZonalParams;
-    fn build(p: ZonalParams, _: &Files) -> Result<Self, BuildError> {
-        let planet = p.planet.as_ref().map(PlanetParams::about_z).transpose()?;
+    fn build(p: ZonalParams, files: &Files) -> Result<Self, BuildError> {
+        let planet = p.planet.as_ref().map(|planet| planet.about_z(files)).transpose()?;
         let ZonalParams { mu, radius, j2, j3, j4, .. } = p;
         let mut j = vec![j2, j3, j4];
         j.truncate(j.iter().rposition(|j| *j != 0.0).map_or(0, |last| last + 1));

@@ -20,7 +20,7 @@ use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::WorldError;
 use linkwork_world::ephemeris::Body;
-use linkwork_world::planet::rotation::{Earth, EarthParameters, FixedRate};
+use linkwork_world::planet::rotation::{Earth, EarthOrientation, EarthParameters, FixedRate};
 use linkwork_world::planet::{self as world, Ellipsoid, Epoch, Geodetic, Rotation, Spin};
 use std::f64::consts::FRAC_PI_2;
 
@@ -129,6 +129,10 @@ pub struct PlanetParams {
     /// Coordinates x, y of the Earth's pole, rad.
     #[param(default = [0.0, 0.0])]
     pub pole: [f64; 2],
+    /// File with UT1, the pole and its offsets day by day, for the Earth with `turns: iau`: finals2000A or EOP 20 C04 of the IERS,
+    /// EOP-All.csv of CelesTrak. It takes the place of `dut1` and `pole`.
+    #[param(default = None)]
+    pub orientation: Option<String>,
     /// Equatorial radius for heights; unwritten: the body's (WGS 84, IAU).
     #[param(unit = "m", range = 1.0..)]
     pub radius: Option<f64>,
@@ -152,6 +156,7 @@ impl PlanetParams {
             span: 172_800.0,
             dut1: 0.0,
             pole: [0.0, 0.0],
+            orientation: None,
             radius: None,
             flattening: None,
             site: None,
@@ -180,7 +185,25 @@ impl PlanetParams {
         Epoch::parse(text).map_err(|e| fault(&e, "planet"))
     }
 
-    pub(crate) fn rotation(&self) -> Result<Rotation, BuildError> {
+    /// The Earth by its table, where one is written.
+    fn by_day(&self, epoch: &Epoch, files: &Files) -> Result<Option<Earth>, BuildError> {
+        let Some(file) = &self.orientation else { return Ok(None) };
+        if self.dut1 != 0.0 || self.pole != [0.0, 0.0] {
+            let fact =
+                format!("`dut1` or `pole` is written beside the table `{file}`, which has both");
+            return Err(BuildError::new(fact).help("remove them, or `orientation`").at("planet"));
+        }
+        let text = files.text(file).map_err(|e| e.at("planet"))?;
+        let table = EarthOrientation::read(file, &text).map_err(|e| fault(&e, "planet"))?;
+        Earth::by_day(epoch, &table, self.span).map(Some).map_err(|e| fault(&e, "planet"))
+    }
+
+    pub(crate) fn rotation(&self, files: &Files) -> Result<Rotation, BuildError> {
+        if self.orientation.is_some() && (self.turns, self.body) != (Turning::Iau, Centre::Earth) {
+            let fact = "`orientation` is written, but this is no Earth that turns by the IAU";
+            let help = "remove `orientation`, or write `body: earth` and `turns: iau`";
+            return Err(BuildError::new(fact).help(help).at("planet"));
+        }
         let fixed = |rate: f64| FixedRate::about_z(self.angle, rate).map(Rotation::Fixed);
         let made = match (self.turns, self.body) {
             (Turning::Still, _) => fixed(0.0),
@@ -189,6 +212,9 @@ impl PlanetParams {
             (Turning::Iau, Centre::Moon) => Ok(Rotation::moon(&self.epoch("`turns: iau`")?)),
             (Turning::Iau, Centre::Earth) => {
                 let epoch = self.epoch("`turns: iau`")?;
+                if let Some(earth) = self.by_day(&epoch, files)? {
+                    return Ok(Rotation::Earth(Box::new(earth)));
+                }
                 let bulletin = EarthParameters {
                     dut1: self.dut1,
                     pole: self.pole,
@@ -201,17 +227,17 @@ impl PlanetParams {
     }
 
     /// The planet, for a field that is round about its z; without a site z of W is the planet's axis.
-    pub fn about_z(&self) -> Result<Planet, BuildError> {
+    pub fn about_z(&self, files: &Files) -> Result<Planet, BuildError> {
         if self.turns == Turning::Iau && self.site.is_none() {
             let fact = "this field has the planet's axis along z of W, which `turns: iau` has not";
             let help = "write `turns: fixed`, or take `environment.spherical_harmonics`";
             return Err(BuildError::new(fact).help(help).at("planet"));
         }
-        self.planet()
+        self.planet(files)
     }
 
-    /// Checks it and makes its tables.
-    pub fn planet(&self) -> Result<Planet, BuildError> {
+    /// Checks it and makes its tables; `files` has the one of `orientation`.
+    pub fn planet(&self, files: &Files) -> Result<Planet, BuildError> {
         if self.rate.is_some() && self.turns != Turning::Fixed {
             return Err(BuildError::new("`rate` is written, but the planet does not turn by it")
                 .help("remove `rate`, or write `turns: fixed`")
@@ -221,7 +247,7 @@ impl PlanetParams {
         let radius = self.radius.unwrap_or_else(|| own.equatorial_radius());
         let flattening = self.flattening.unwrap_or_else(|| own.flattening());
         let ellipsoid = Ellipsoid::new(radius, flattening).map_err(|e| fault(&e, "planet"))?;
-        let rotation = self.rotation()?;
+        let rotation = self.rotation(files)?;
         let site = self.site.map(|s| site(&s, &ellipsoid, &rotation)).transpose()?;
         let epoch = self.epoch.clone();
         if let Some(text) = &epoch {
@@ -335,7 +361,7 @@ mod tests {
     use super::*;
 
     fn refused(p: &PlanetParams) -> BuildError {
-        p.planet().err().unwrap()
+        p.planet(&Files::default()).err().unwrap()
     }
 
     #[test]
@@ -343,14 +369,14 @@ mod tests {
         for (body, day) in
             [(Centre::Earth, 86_164.1), (Centre::Mars, 88_642.66), (Centre::Moon, 2_360_591.5)]
         {
-            let planet = PlanetParams::of(body).planet().unwrap();
+            let planet = PlanetParams::of(body).planet(&Files::default()).unwrap();
             let turn = planet.rotation.at(day).R_IP * Vec3::x();
             assert!((turn - Vec3::x()).norm() < 1e-5, "{body:?}: {turn}");
             // A quarter of a day later east is where the meridian points: the turning is eastward.
             assert!((planet.rotation.at(day / 4.0).R_IP * Vec3::x() - Vec3::y()).norm() < 1e-5);
         }
         let p = PlanetParams { rate: Some(0.01), angle: 0.5, ..PlanetParams::of(Centre::Mars) };
-        let x = p.planet().unwrap().rotation.at(20.0).R_IP * Vec3::x();
+        let x = p.planet(&Files::default()).unwrap().rotation.at(20.0).R_IP * Vec3::x();
         assert!((x - Vec3::new(0.7f64.cos(), 0.7f64.sin(), 0.0)).norm() < 1e-15);
     }
 
@@ -364,7 +390,7 @@ mod tests {
                 ..PlanetParams::of(body)
             };
             let point = Vec3::new(0.0, 7e6, 1e6);
-            let (spin, place) = p.planet().unwrap().place(3600.0, point);
+            let (spin, place) = p.planet(&Files::default()).unwrap().place(3600.0, point);
             assert!((spin.omega_I.norm() - rate).abs() < 1e-10, "{}", spin.omega_I.norm());
             // Latitude counts from the body's own equator; geodetic and geocentric are 0.3° apart.
             let sine = (spin.R_IP * Vec3::z()).dot(&point) / point.norm();
@@ -372,7 +398,7 @@ mod tests {
         }
         // The pole of Mars leans by 37° from that of the Earth.
         let p = PlanetParams { turns: Turning::Iau, epoch, ..PlanetParams::of(Centre::Mars) };
-        let pole = p.planet().unwrap().rotation.at(0.0).R_IP * Vec3::z();
+        let pole = p.planet(&Files::default()).unwrap().rotation.at(0.0).R_IP * Vec3::z();
         assert!((pole.z - 52.88_f64.to_radians().sin()).abs() < 1e-3, "{pole}");
     }
 
@@ -381,7 +407,7 @@ mod tests {
 
     /// How far a site is turned from where its planet has it, rad, at t (s).
     fn apart(p: &PlanetParams, t: f64) -> f64 {
-        let planet = p.planet().unwrap();
+        let planet = p.planet(&Files::default()).unwrap();
         let site = planet.site.unwrap();
         (planet.rotation.at(t).R_IP * site.pose.rotation).angle_to(&site.to_inertial(t))
     }
@@ -393,7 +419,10 @@ mod tests {
             let p =
                 PlanetParams { turns, rate, angle: 0.7, site, ..PlanetParams::of(Centre::Mars) };
             assert!(apart(&p, 4321.0) < 1e-12, "{turns:?}");
-            assert_eq!(p.about_z().unwrap().site.unwrap().rate, rate.unwrap_or(0.0));
+            assert_eq!(
+                p.about_z(&Files::default()).unwrap().site.unwrap().rate,
+                rate.unwrap_or(0.0)
+            );
         }
         // By the IAU its pole and rate are those of the start: what the pole, tides and libration do in a day is left out.
         let epoch = Some("2026-11-02 00:00:00 UTC".to_string());
@@ -409,6 +438,60 @@ mod tests {
             assert!(apart(&p, 0.0) < 1e-15 && whole < 1.5 * day && whole > 0.2 * day, "{body:?}");
             assert!(hour < 0.1 * whole.max(day), "{body:?}");
         }
+    }
+
+    /// Rows of IERS's finals2000A: MJD, x, y (″), UT1 − UTC (s), dX, dY (mas), in its columns.
+    fn finals(first: i64) -> String {
+        let row = |k: i64| {
+            let (mjd, x, y, ut) = (first + k, 0.1 + 1e-3 * k as f64, 0.2, -0.3 - 1e-3 * k as f64);
+            format!(
+                "{:7}{mjd:5}.00 I {x:9.6} 0.000050 {y:9.6} 0.000050  I{ut:10.7} 0.0000042  0.6887 0.0028  I {:9.3} {:8.3} {:9.3} {:8.3}\n",
+                "", 0.1, 0.09, -0.2, 0.1
+            )
+        };
+        (0..10).map(row).collect()
+    }
+
+    #[test]
+    fn the_earth_turns_by_a_table() {
+        let folder = std::env::temp_dir().join(format!("linkwork_eop_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("finals2000A.all"), finals(56_000)).unwrap();
+        let files = Files::of(vec![folder.clone()]);
+        // MJD 56001 is 2012-03-15.
+        let p = PlanetParams {
+            turns: Turning::Iau,
+            epoch: Some("2012-03-15 00:00:00 UTC".into()),
+            orientation: Some("finals2000A.all".into()),
+            ..PlanetParams::of(Centre::Earth)
+        };
+        let by_day = p.planet(&files).unwrap();
+        let arcsec = std::f64::consts::TAU / 1_296_000.0;
+        let written = PlanetParams {
+            orientation: None,
+            dut1: -0.301,
+            pole: [0.101 * arcsec, 0.2 * arcsec],
+            ..p.clone()
+        };
+        let still = written.planet(&files).unwrap();
+        // At a midnight they differ by dX and dY, 0.22 mas; a day later by a millisecond of UT1, too.
+        let apart = |t: f64| by_day.rotation.at(t).R_IP.angle_to(&still.rotation.at(t).R_IP);
+        assert!((apart(0.0) - 0.2236e-3 * arcsec).abs() < 1e-5 * arcsec, "{}", apart(0.0) / arcsec);
+        assert!((apart(86_400.0) - 1e-3 * 7.2921e-5).abs() < 0.1e-7, "{}", apart(86_400.0));
+
+        let refused = |p: PlanetParams, fact: &str| {
+            let e = p.planet(&files).err().unwrap();
+            assert!(e.message.contains(fact) && e.help.is_some(), "{}", e.message);
+            assert_eq!(e.param.as_deref(), Some("planet"));
+        };
+        refused(PlanetParams { dut1: 0.1, ..p.clone() }, "`dut1` or `pole` is written beside");
+        refused(PlanetParams { turns: Turning::Fixed, ..p.clone() }, "no Earth that turns");
+        refused(PlanetParams { body: Centre::Mars, ..p.clone() }, "no Earth that turns");
+        refused(PlanetParams { span: 1e6, ..p.clone() }, "is from 2012-03-14");
+        let early = Some("2011-03-15 00:00:00 UTC".to_string());
+        refused(PlanetParams { epoch: early, ..p.clone() }, "asked for from 2011-03-15");
+        refused(PlanetParams { orientation: Some("finals.txt".into()), ..p }, "finals.txt");
+        std::fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]

@@ -45,7 +45,7 @@ impl Service for EphemerisSun {
     fn build(p: EphemerisSunParams, files: &Files) -> Result<Self, BuildError> {
         let heavens = Heavens::around(&p.planet, files, "the Sun's place")?;
         let course = heavens.course(Body::Sun, "planet")?;
-        Ok(EphemerisSun { course, site: p.planet.planet()?.site })
+        Ok(EphemerisSun { course, site: p.planet.planet(files)?.site })
     }
 }
 

@@ -42,7 +42,7 @@ pub struct PolyhedralParams {
 
 impl PolyhedralParams {
     /// How the body turns, and the site on it.
-    fn planet(&self) -> Result<Planet, BuildError> {
+    fn planet(&self, files: &Files) -> Result<Planet, BuildError> {
         let told =
             |fact: String, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
         let Some(planet) = &self.planet else {
@@ -84,7 +84,7 @@ impl PolyhedralParams {
             return told(fact.to_string(), help, "planet");
         }
         let flattening = Some(planet.flattening.unwrap_or(0.0));
-        PlanetParams { flattening, ..planet.clone() }.planet()
+        PlanetParams { flattening, ..planet.clone() }.planet(files)
     }
 }
 
@@ -134,7 +134,7 @@ impl Service for PolyhedralGravity {
                 return Err(BuildError::new(fact).help("write one of them").at("density"));
             }
         };
-        Ok(PolyhedralGravity { body, planet: p.planet()? })
+        Ok(PolyhedralGravity { body, planet: p.planet(files)? })
     }
 }
 

@@ -191,3 +191,18 @@ fn cargo_that_cannot_be_is_refused() {
         .render(false);
     assert!(e.contains("Cart"), "{e}");
 }
+
+#[test]
+fn a_mistake_of_the_command_line_is_told_once_for_all_phases() {
+    let phases = r#"start: "on", phases: { "on": (to: { "off": "time > 1 s" }), "off": () }"#;
+    let catalogue = catalogue();
+    for wrong in ["Cart.Right.Motor.resistance=0", "Cart.Right.Motor.resistense=1"] {
+        let options = Options::new(&catalogue).embed("cart.ron", CART).set(wrong);
+        let faults = match load_text("sim.ron", &lorry("", phases), &options) {
+            Err(failure) => failure.faults,
+            Ok(two) => two.compile(&catalogue, &Files::default()).err().unwrap().0,
+        };
+        assert_eq!(faults.len(), 1, "{faults:?}");
+        assert!(faults[0].message.contains("resist"), "{faults:?}");
+    }
+}

@@ -1,6 +1,6 @@
 //! The report: one page of HTML that needs no other file, with its drawings inside.
 use crate::campaign::Campaign;
-use crate::results::{NAMES, Results};
+use crate::results::{NAMES, Results, few};
 use crate::sampling::Sampling;
 use crate::statistics::Ellipse;
 use crate::svg::{band, bars, histogram, scatter, short};
@@ -76,7 +76,8 @@ fn requirements(out: &mut String, results: &Results) {
     let (kept, [from, to]) = results.success();
     let _ = write!(
         out,
-        "<h2>What is required</h2>\n<p>{} of {} runs kept all of it: {:.2} %, with 95 % confidence {:.2} to {:.2} %. A run may          miss by several causes; <i>alone</i>: by this one only.</p>\n<table><tr><th>cause</th><th>required</th><th>runs</th>         <th>share</th><th>alone</th><th>which</th></tr>",
+        "<h2>What is required</h2>\n<p>{} of {} runs kept all of it: {:.2} %, with 95 % confidence {:.2} to {:.2} %. A run may miss by several causes; <i>alone</i>: by this one only.</p>\n<table><tr><th>cause</th><th>required</th><th>runs</th>\
+         <th>share</th><th>alone</th><th>which</th></tr>",
         results.kept,
         results.done(),
         100.0 * kept,
@@ -84,7 +85,7 @@ fn requirements(out: &mut String, results: &Results) {
         100.0 * to
     );
     for m in &results.missed {
-        let share = 100.0 * m.runs.len() as f64 / results.done().max(1) as f64;
+        let share = 100.0 * results.share(m);
         let _ = write!(
             out,
             "<tr><td class=\"text\">{}</td><td class=\"text\">{}</td><td>{}</td><td>{share:.2} %</td><td>{}</td><td class=\"text\">{}</td></tr>",
@@ -92,19 +93,10 @@ fn requirements(out: &mut String, results: &Results) {
             escaped(&results.required(m)),
             m.runs.len(),
             m.alone,
-            which(&m.runs)
+            few(&m.runs, 12)
         );
     }
     out.push_str("</table>\n");
-}
-
-/// The first of some runs.
-fn which(runs: &[u64]) -> String {
-    let mut which: Vec<String> = runs.iter().take(12).map(u64::to_string).collect();
-    if runs.len() > which.len() {
-        which.push("…".into());
-    }
-    which.join(", ")
 }
 
 fn failures(out: &mut String, results: &Results) {
@@ -115,7 +107,7 @@ fn failures(out: &mut String, results: &Results) {
         "<h2>Failures by cause</h2>\n<table><tr><th>cause</th><th>runs</th><th>which</th></tr>",
     );
     for (kind, runs) in &results.failures {
-        let (kind, which) = (escaped(kind), which(runs));
+        let (kind, which) = (escaped(kind), few(runs, 12));
         let _ = write!(
             out,
             "<tr><td class=\"text\">{kind}</td><td>{}</td><td class=\"text\">{which}</td></tr>",

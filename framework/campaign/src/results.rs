@@ -2,7 +2,7 @@
 //!
 //! | file | a row for each | columns |
 //! |---|---|---|
-//! | `results` | run | run, ended, why, time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), figures (`NAME [UNIT]`) |
+//! | `results` | run | run, ended, why, missed (where something is required), time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), figures (`NAME [UNIT]`) |
 //! | `statistics` | figure | figure, unit, n, mean, deviation, error, min, p1 … p99, max |
 //! | `sensitivity` | figure and drawn number | figure, value, rank correlation |
 //! | `requirements` | requirement | cause, figure, unit, least, most, runs that missed, share of all, runs that missed it alone |
@@ -18,6 +18,13 @@ use linkwork_record::{Cells, Durable, ParquetFile, replace, titled};
 use linkwork_runtime::Value;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+/// The first `most` of some runs, in words.
+pub fn few(runs: &[u64], most: usize) -> String {
+    let first: Vec<String> = runs.iter().take(most).map(u64::to_string).collect();
+    let more = if runs.len() > most { ", …" } else { "" };
+    format!("{}{more}", first.join(", "))
+}
 
 /// The numbers of one column.
 #[derive(Clone, Debug, PartialEq)]
@@ -265,6 +272,11 @@ impl Results {
         self.runs.columns.first().map_or(0, |c| c.1.len())
     }
 
+    /// The share of all runs that missed a requirement; NaN of no run.
+    pub fn share(&self, m: &Missed) -> f64 {
+        share(m.runs.len(), self.done()).0
+    }
+
     /// What is required, in words: the figure and its bounds.
     pub fn required(&self, m: &Missed) -> String {
         let Some(Aim { figure, least, most, .. }) = &m.aim else { return String::new() };
@@ -280,7 +292,6 @@ impl Results {
 
     /// One row for each requirement.
     pub fn requirements(&self) -> Table {
-        let done = self.done();
         let text =
             |of: &dyn Fn(&Missed) -> String| Column::Text(self.missed.iter().map(of).collect());
         let number =
@@ -296,7 +307,7 @@ impl Results {
             ("least".to_string(), number(&|m| m.aim.as_ref().map_or(f64::NAN, |a| a.least))),
             ("most".to_string(), number(&|m| m.aim.as_ref().map_or(f64::NAN, |a| a.most))),
             ("runs".to_string(), whole(&|m| m.runs.len())),
-            ("share".to_string(), number(&|m| share(m.runs.len(), done).0)),
+            ("share".to_string(), number(&|m| self.share(m))),
             ("alone".to_string(), whole(&|m| m.alone)),
         ];
         Table { columns }

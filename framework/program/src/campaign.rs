@@ -7,7 +7,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_campaign::{
     Campaign, Cause, Folder, Journal, JournalError, LoadError, Orders, Outcome, Progress, Results,
-    end, execute,
+    end, execute, few,
 };
 use linkwork_runner::Stop;
 use std::io::IsTerminal;
@@ -156,16 +156,16 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
         );
     }
     for m in results.missed.iter().filter(|m| !m.runs.is_empty()) {
-        let share = 100.0 * m.runs.len() as f64 / done.max(1) as f64;
+        let share = 100.0 * results.share(m);
         let required = match results.required(m) {
             words if words.is_empty() => words,
             words => format!(" ({words})"),
         };
         let (n, cause) = (m.runs.len(), &m.cause);
-        say!("  {n} ({share:.1} %) missed by: {cause}{required}\n    runs {}", few(&m.runs));
+        say!("  {n} ({share:.1} %) missed by: {cause}{required}\n    runs {}", few(&m.runs, 5));
     }
     for (kind, runs) in &results.failures {
-        say!("  {} failed by: {kind}\n    runs {}", runs.len(), few(runs));
+        say!("  {} failed by: {kind}\n    runs {}", runs.len(), few(runs, 5));
     }
     if !files.is_empty() {
         say!("files:");
@@ -177,13 +177,6 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
         };
         say!("  {}{hint}", file.display());
     }
-}
-
-/// The first of some runs.
-fn few(runs: &[u64]) -> String {
-    let first: Vec<String> = runs.iter().take(5).map(u64::to_string).collect();
-    let more = if runs.len() > first.len() { ", …" } else { "" };
-    format!("{}{more}", first.join(", "))
 }
 
 /// `--run N`: the run as `linkwork run` makes it, with what the campaign drew. When the campaign has made it already,

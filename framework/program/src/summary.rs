@@ -106,6 +106,10 @@ pub fn print(s: &Summary) {
     }
     let width = s.figures.keys().map(String::len).max().unwrap_or(0);
     for (name, (value, unit)) in &s.figures {
+        if value.is_nan() {
+            say!("  {name:width$}  none: what it is taken of, or at, never came");
+            continue;
+        }
         let unit = if unit == "1" { "" } else { unit };
         say!("  {name:width$}  {} {unit}", number(*value));
     }

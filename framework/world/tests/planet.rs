@@ -2,7 +2,8 @@
 
 use crate::support::*;
 use linkwork_world::planet::rotation::{
-    Earth, EarthParameters, FixedRate, IauRotation, earth_rotation_angle, gcrs_to_itrs,
+    Earth, EarthOrientation, EarthParameters, FixedRate, IauRotation, earth_rotation_angle,
+    gcrs_to_itrs,
 };
 use linkwork_world::planet::*;
 use linkwork_world::spatial::{Mat3, Quat, Vec3};
@@ -267,6 +268,164 @@ fn the_table_of_the_earth_is_as_good_as_its_series() {
         let now = epoch.plus(t);
         let spin = earth.at(t);
         near33(&matrix(&spin.R_IP.inverse()), &gcrs_to_itrs(&now, &p), 1e-13, &format!("t = {t}"));
+    }
+}
+
+/// IERS, finals2000A.all: 2008-12-28 to 2009-01-06, with the leap second of New Year.
+const FINALS: &str = "\
+\x2081228 54828.00 I -0.001065 0.000020  0.141752 0.000036  I-0.5903208 0.0000044  0.2999 0.0065  I    -0.370    0.095    -0.225    0.340  -.001040   .141780  -.5903140    -0.397    -0.222  
+ 81229 54829.00 I -0.005290 0.000037  0.143089 0.000036  I-0.5906704 0.0000046  0.4023 0.0032  I    -0.359    0.100    -0.213    0.236  -.005310   .143150  -.5906630    -0.315    -0.302  
+ 81230 54830.00 I -0.009667 0.000036  0.144216 0.000035  I-0.5911538 0.0000046  0.5899 0.0031  I    -0.353    0.100    -0.215    0.236  -.009630   .144190  -.5911480    -0.190    -0.307  
+ 81231 54831.00 I -0.013383 0.000036  0.145068 0.000033  I-0.5918732 0.0000043  0.8465 0.0031  I    -0.356    0.100    -0.216    0.236  -.013450   .145110  -.5918660    -0.168    -0.358  
+ 9 1 1 54832.00 I -0.017042 0.000036  0.146216 0.000033  I 0.4071598 0.0000042  1.0833 0.0029  I    -0.366    0.100    -0.199    0.236  -.017020   .146240   .4071580    -0.122    -0.334  
+ 9 1 2 54833.00 I -0.020395 0.000036  0.147540 0.000033  I 0.4059799 0.0000039  1.2609 0.0045  I    -0.385    0.100    -0.174    0.236  -.020430   .147560   .4059740    -0.134    -0.313  
+ 9 1 3 54834.00 I -0.023225 0.000035  0.149037 0.000019  I 0.4046740 0.0000080  1.3306 0.0028  I    -0.377    0.103    -0.143    0.269  -.023270   .149070   .4046730    -0.114    -0.259  
+";
+
+/// IERS, finals2000A.all: 2006-01-22 to 24.
+const OF_2006: &str = "\
+\x206 122 53757.00 I  0.050108 0.000051  0.381596 0.000056  I 0.3311881 0.0000037  0.6832 0.0027  I     0.059    0.100    -0.392    0.184   .050170   .381260   .3311800     0.146    -0.383  
+ 6 123 53758.00 I  0.050171 0.000051  0.381097 0.000058  I 0.3305383 0.0000033  0.6020 0.0031  I     0.054    0.091    -0.420    0.180   .050240   .380720   .3305400     0.211    -0.325  
+ 6 124 53759.00 I  0.050324 0.000055  0.380681 0.000065  I 0.3299876 0.0000050  0.5104 0.0024  I     0.073    0.056    -0.419    0.183   .050300   .380240   .3299810     0.185    -0.282  
+";
+
+/// CelesTrak, EOP-All.csv: the same days.
+const CELESTRAK: &str = "\
+DATE,MJD,X,Y,UT1-UTC,LOD,DPSI,DEPS,DX,DY,DAT,DATA_TYPE
+2006-01-22,53757,0.050100,0.381623,0.3312267,0.0006738,-0.055919,-0.001260,0.000012,-0.000103,33,O
+2006-01-23,53758,0.050154,0.381123,0.3305735,0.0006236,-0.056308,-0.001684,0.000043,-0.000169,33,O
+2006-01-24,53759,0.050234,0.380619,0.3299960,0.0005197,-0.056532,-0.002140,0.000086,-0.000282,33,O
+";
+
+/// Numbers of the second day above in the columns of EOP 20 C04.
+const C04: &str = "\
+# EARTH ORIENTATION PARAMETER (EOP) PRODUCT CENTER CENTER (PARIS OBSERVATORY)
+# EOP (IERS) 20 C04 TIME SERIES  consistent with ITRF 2020 - sampled at 0h UTC
+# YR  MM  DD  HH       MJD        x(\")        y(\")  UT1-UTC(s)       dX(\")      dY(\")       xrt(\")      yrt(\")      LOD(s)
+2006   1  22   0  53757.00    0.050100    0.381623   0.3312267    0.000012   -0.000103    0.000000    0.000000   0.0006738
+2006   1  23   0  53758.00    0.050154    0.381123   0.3305735    0.000043   -0.000169    0.000000    0.000000   0.0006236
+";
+
+const ARCSEC: f64 = TAU / 1_296_000.0;
+
+#[test]
+fn a_leap_second_is_a_second() {
+    let before = Epoch::parse("2008-12-31 23:59:50 UTC").unwrap();
+    let after = Epoch::parse("2009-01-01 00:00:10 UTC").unwrap();
+    assert_eq!(after.since(&before), 21.0);
+    assert_eq!(before.plus(21.0), after);
+    // The second itself is the last of the old year.
+    for (t, leap) in [(-40.0, 33.0), (0.0, 33.0), (10.9, 33.0), (11.0, 34.0), (50.0, 34.0)] {
+        assert_eq!(before.plus(t).tt_minus_utc(), leap + 32.184, "{t}");
+    }
+    assert_eq!(
+        (before.plus(21.0).tt(), before.plus(21.0).tdb_days()),
+        (after.tt(), after.tdb_days())
+    );
+}
+
+#[test]
+fn tables_of_the_earths_orientation_are_read() {
+    let table = EarthOrientation::read("finals2000A.all", FINALS).unwrap();
+    let [first, last] = table.span();
+    assert_eq!(
+        (first.to_string(), last.since(&first)),
+        ("2008-12-28T00:00:00 UTC".into(), 6.0 * 86400.0 + 1.0)
+    );
+    // Bulletin B where there is one.
+    let p = table.at(&Epoch::utc(2009, 1, 1, 0, 0, 0.0).unwrap());
+    near(p.dut1, 0.407158, 1e-12, "UT1 − UTC after the leap second");
+    near(p.pole[0] / ARCSEC, -0.01702, 1e-12, "x");
+    near(p.pole[1] / ARCSEC, 0.14624, 1e-12, "y");
+    near(p.celestial_pole_offsets[0] / ARCSEC, -0.122e-3, 1e-15, "dX");
+    near(p.celestial_pole_offsets[1] / ARCSEC, -0.334e-3, 1e-15, "dY");
+    // The day got longer by what the IERS says of it, 0.85 to 1.1 ms.
+    near(p.excess_of_day, 1.08e-3, 0.1e-3, "excess of the day");
+    let p = table.at(&Epoch::utc(2008, 12, 31, 23, 59, 59.0).unwrap());
+    near(p.dut1, -0.59284, 5e-6, "UT1 − UTC before the leap second");
+    // Without bulletin B it is A.
+    let a: String = FINALS.lines().map(|l| format!("{}\n", l[..134].trim_end())).collect();
+    let p =
+        EarthOrientation::read("a", &a).unwrap().at(&Epoch::utc(2009, 1, 1, 0, 0, 0.0).unwrap());
+    near(p.dut1, 0.4071598, 1e-12, "bulletin A");
+    near(p.celestial_pole_offsets[1] / ARCSEC, -0.199e-3, 1e-15, "dY of bulletin A");
+    // A prediction without dX and dY keeps the last ones; days without numbers end it.
+    let blank = format!("{}\n", &FINALS.lines().last().unwrap()[..95])
+        .replace("9 1 3 54834", "9 1 4 54835");
+    let open = format!("{FINALS}{blank} 9 1 5 54836.00\n 9 1 6 54837.00\n");
+    let table = EarthOrientation::read("open", &open).unwrap();
+    assert_eq!(table.span()[1].since(&first), 7.0 * 86400.0 + 1.0);
+    let p = table.at(&table.span()[1]);
+    near(p.celestial_pole_offsets[0] / ARCSEC, -0.114e-3, 1e-15, "dX kept");
+
+    let day = Epoch::utc(2006, 1, 23, 0, 0, 0.0).unwrap();
+    let [iers, theirs, c04] = [OF_2006, CELESTRAK, C04]
+        .map(|text| EarthOrientation::read("2006", text).unwrap().at(&day));
+    assert_eq!(theirs.pole, c04.pole);
+    assert_eq!(
+        (theirs.dut1, theirs.celestial_pole_offsets),
+        (c04.dut1, c04.celestial_pole_offsets)
+    );
+    near(theirs.dut1, iers.dut1, 5e-5, "UT1 − UTC of two series");
+    for k in 0..2 {
+        near(theirs.pole[k] / ARCSEC, iers.pole[k] / ARCSEC, 5e-4, "pole of two series");
+        let [a, b] = [theirs, iers].map(|p| p.celestial_pole_offsets[k] / ARCSEC);
+        near(a, b, 5e-4, "celestial pole of two series");
+    }
+}
+
+/// Over a leap second, between midnights and at them.
+#[test]
+fn the_earth_follows_its_table() {
+    let table = EarthOrientation::read("finals2000A.all", FINALS).unwrap();
+    let epoch = Epoch::parse("2008-12-29 15:00:00 UTC").unwrap();
+    let earth = Earth::by_day(&epoch, &table, 4.0 * 86400.0).unwrap();
+    for t in [0.0, 1.0, 32400.0, 205199.5, 205200.5, 205201.5, 250000.0, 345600.0] {
+        let now = epoch.plus(t);
+        let golden = gcrs_to_itrs(&now, &table.at(&now));
+        near33(&matrix(&earth.at(t).R_IP.inverse()), &golden, 1e-13, &format!("t = {t}"));
+        let h = 20.0;
+        let rate = (matrix(&earth.at(t + h).R_IP) - matrix(&earth.at(t - h).R_IP)) / (2.0 * h);
+        let spin = earth.at(t);
+        let by_omega = spin.omega_I.cross_matrix() * matrix(&spin.R_IP);
+        let w = spin.omega_I.norm();
+        near33(&rate, &by_omega, w * w * w * h * h / 5.0 + 3e-17, "Ṙ = ω × R");
+        // The planet's own pole lies a third of a second of arc from the axis: here the pole's daily motion in the Earth is seen, 1e-13 rad/s.
+        let pole = |t: f64| earth.at(t).R_IP * Vec3::z();
+        let rate = (pole(t + h) - pole(t - h)) / (2.0 * h);
+        near3(&spin.omega_I.cross(&pole(t)), &rate, 2e-15, "ṗ = ω × p");
+    }
+    // One set of numbers is off by what UT1 and the pole do in the meantime: 3 ms are 1.4 m.
+    let still = Earth::new(&epoch, table.at(&epoch), 4.0 * 86400.0).unwrap();
+    let off = earth.at(345600.0).R_IP.angle_to(&still.at(345600.0).R_IP) * 6.378e6;
+    assert!((0.05..3.0).contains(&off), "{off} m");
+}
+
+#[test]
+fn tables_that_do_not_fit_are_refused() {
+    let refused = |text: &str, fact: &str| {
+        let said = EarthOrientation::read("eop.txt", text).unwrap_err().to_string();
+        assert!(
+            said.contains("eop.txt:") && said.contains(fact) && said.contains("help: "),
+            "{said}"
+        );
+    };
+    refused("", "no table of the Earth's orientation");
+    refused("1962 1 1 37665 -0.0127 0.2130 0.0326338\n", "no table of the Earth's orientation");
+    refused(&FINALS.replace(" .4071580", "  .407x80"), "eop.txt:5: UT1 − UTC, s, is `.407x80`");
+    refused(
+        &FINALS.replace("54832.00", "54833.00"),
+        "2009-01-02T00:00:00 UTC comes after 2008-12-31",
+    );
+    refused(&FINALS.lines().next().unwrap().to_string(), "less than two days");
+    refused(&CELESTRAK.replace(",DX,", ",DZ,"), "no column `DX`");
+    refused(&CELESTRAK.replace("0.381123", "381.123"), "eop.txt:3: y of the pole, ″, is `381.123`");
+    refused(&C04.replace("53758.00", "53757.50"), "no midnight");
+    let table = EarthOrientation::read("finals2000A.all", FINALS).unwrap();
+    for (epoch, span) in [("2008-12-27 00:00:00 UTC", 0.0), ("2008-12-29 00:00:00 UTC", 1e6)] {
+        let said =
+            Earth::by_day(&Epoch::parse(epoch).unwrap(), &table, span).unwrap_err().to_string();
+        assert!(said.contains("from 2008-12-28") && said.contains("help: "), "{said}");
     }
 }
 

@@ -315,6 +315,22 @@ fn what_grows_without_end_is_refused_or_counted() {
         lab.write("double.ron", &doubling(one));
         lab.linkwork(&["check", "double.ron"]).code(2).tells(&["is larger than 1 MiB", "help: "]);
     }
+    // Assemblies that hold the next one twice, or in a long row.
+    for (depth, times, fact) in [
+        (25, 2, "has more than 500000 parts and bodies"),
+        (2000, 1, "stands inside 100 other assemblies"),
+    ] {
+        for k in 0..depth {
+            let part = |n: usize| format!("\"P{n}\": (assembly: \"a{}.ron\"), ", k + 1);
+            let parts: String = (0..times).map(part).collect();
+            lab.write(&format!("a{k}.ron"), &format!("Assembly(parts: {{{parts}}})"));
+        }
+        lab.write(&format!("a{depth}.ron"), "Assembly(bodies: { \"b\": (parent: \"world\", hinge: Free, mass: 1, inertia: [1, 1, 1]) })");
+        lab.write("nested.ron", "Simulation(parts: { \"A\": (assembly: \"a0.ron\") }, until: \"1 s\")");
+        let said = lab.linkwork(&["check", "nested.ron"]).code(2);
+        assert!(said.err.contains(fact) && said.err.contains("help: "), "{}", said.err);
+        assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
+    }
     let many = |model: &str| {
         let parts: String = (0..2000)
             .map(|k| format!("\"P{k}\": (model: \"{model}\", params: {{\"value\": 1}}),\n"))

@@ -3,6 +3,7 @@ use crate::array::{mat3, out_vec3, pose, vec3};
 use crate::core::{Core, GRAVITY};
 use crate::error::refuse;
 use crate::mechanism::{INERTIA_CHECKS, Mechanism, choice};
+use crate::modes::Modes;
 use linkwork_multibody::{
     self as multibody, BodySpec, Coordinate, Coupling, HingeCoordinate, Limits, LoopClosure,
     SubhingeKind, Term,
@@ -206,12 +207,13 @@ impl Builder {
     /// mass in body axes, m. inertia (3, 3): about the centre of mass, body axes, kg m², with
     /// −∫xy dm off the diagonal. inertia_check: "physical", or "positive_moments" for published
     /// data that break the triangle inequality of principal moments. hinge_in_parent, hinge_in_body: poses of the hinge frame:
-    /// (3,) position, (7,) position and quaternion [x y z w], or (4, 4).
+    /// (3,) position, (7,) position and quaternion [x y z w], or (4, 4). modes: `Modes` of a flexible body, whose mass comes on top
+    /// of `mass`.
     /// Raises LinkworkError for shapes, numbers and inertias that cannot be.
     ///
     /// >>> parts.body("rod", "crank", pin, mass=0.5, hinge_in_parent=[0.2, 0, 0]).build().bodies
     /// ['crank', 'rod']
-    #[pyo3(signature = (name, parent="world", hinge=None, *, mass=0.0, com=None, inertia=None, inertia_check="physical", hinge_in_parent=None, hinge_in_body=None))]
+    #[pyo3(signature = (name, parent="world", hinge=None, *, mass=0.0, com=None, inertia=None, inertia_check="physical", hinge_in_parent=None, hinge_in_body=None, modes=None))]
     fn body(
         slf: Py<Self>,
         name: String,
@@ -223,9 +225,11 @@ impl Builder {
         inertia_check: &str,
         hinge_in_parent: Option<&Bound<'_, PyAny>>,
         hinge_in_body: Option<&Bound<'_, PyAny>>,
+        modes: Option<&Modes>,
     ) -> PyResult<Py<Self>> {
         let mass = (mass, com, inertia, inertia_check);
-        let spec = body_spec(name, parent, hinge, mass, (hinge_in_parent, hinge_in_body))?;
+        let mut spec = body_spec(name, parent, hinge, mass, (hinge_in_parent, hinge_in_body))?;
+        spec.modes = modes.map(|m| m.modes.clone());
         crate::core::lock(&slf.get().parts).body(spec);
         Ok(slf)
     }

@@ -1,6 +1,7 @@
 //! Derivatives of inverse and forward dynamics, and the regressor of inertial parameters.
 use crate::array::{Array, Array1, out1, zeros};
 use crate::batch::{Rows, ensemble, states};
+use crate::error::refuse;
 use crate::mechanism::Mechanism;
 use linkwork_dynamics::{self as dynamics, Ensemble, ForwardDerivatives, PARAMETERS};
 use pyo3::prelude::*;
@@ -20,7 +21,7 @@ fn parts<'py, const N: usize>(all: &Array<'py>) -> PyResult<[Array<'py>; N]> {
 
 /// So many results.
 fn all_of<const N: usize>(found: Vec<Array<'_>>) -> PyResult<[Array<'_>; N]> {
-    found.try_into().map_err(|_| crate::error::refuse("a result is missing"))
+    found.try_into().map_err(|_| refuse("a result is missing"))
 }
 
 #[pymethods]
@@ -30,7 +31,7 @@ impl Mechanism {
     ///
     /// By q they are along v: of q moved by `integrate`, so square for balls and free hinges too.
     /// wrenches: as in inverse_dynamics; they count as fixed in their bodies.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Raises LinkworkError for a name that is not there, for another shape, for NaN and for flexible bodies.
     ///
     /// >>> dq, dv = arm.inverse_dynamics_derivatives(q, v, [1, 2])
     /// >>> dq.shape, dv.shape
@@ -46,6 +47,7 @@ impl Mechanism {
         threads: usize,
     ) -> PyResult<(Array<'py>, Array<'py>)> {
         let (c, nv) = (&*self.core, self.core.nv());
+        c.tree.check_rigid("derivatives").map_err(refuse)?;
         let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
         let wrenches = c.wrenches(wrenches)?;
         let lanes = |e: &mut Ensemble, x: &[&[f64]], out: &mut [Vec<f64>]| {
@@ -72,7 +74,7 @@ impl Mechanism {
     /// Derivatives (dvdot_dq, dvdot_dv, dvdot_dtau) of forward_dynamics, (nv, nv) each, or many;
     /// rows of prescribed coordinates are zero. Options as in forward_dynamics, by q as in
     /// inverse_dynamics_derivatives. In rad/s² and m/s² by the coordinates' units.
-    /// Raises LinkworkError for a name that is not there, for another shape and for NaN.
+    /// Raises LinkworkError for a name that is not there, for another shape, for NaN and for flexible bodies.
     ///
     /// >>> dq, dv, dtau = arm.forward_dynamics_derivatives(q, v, [1, 2])
     /// >>> bool(np.allclose(dtau, arm.inverse_mass_matrix(q)))
@@ -123,7 +125,7 @@ impl Mechanism {
 
     /// Regressor (nv, 10·bodies) at q, v, vdot, or many: times `inertial_parameters()` it gives
     /// the forces of inverse_dynamics without wrenches and without what rotors take. In N m and N by the units of the parameters: kg, kg m, kg m².
-    /// Raises LinkworkError for another shape and for NaN.
+    /// Raises LinkworkError for another shape, for NaN and for flexible bodies.
     ///
     /// >>> Y = arm.regressor(q, v, [1, 2])
     /// >>> bool(np.allclose(Y @ arm.inertial_parameters(), arm.inverse_dynamics(q, v, [1, 2])))
@@ -138,6 +140,7 @@ impl Mechanism {
         threads: usize,
     ) -> PyResult<Array<'py>> {
         let (c, nv) = (&*self.core, self.core.nv());
+        c.tree.check_rigid("regressor").map_err(refuse)?;
         let rows = Rows::read(&[(q, c.nq(), "q"), (v, nv, "v"), (vdot, nv, "vdot")])?;
         let width = PARAMETERS * c.mbs.bodies().len();
         states(py, c, &rows, threads, &[nv, width], |tree, ws, x, out| {
@@ -150,11 +153,13 @@ impl Mechanism {
 
     /// Inertial parameters (10·bodies,), bodies in order: mass (kg), first moment m c (3, kg m),
     /// inertia about the body's origin (xx, xy, xz, yy, yz, zz; kg m²), body axes.
+    /// Raises LinkworkError for flexible bodies, which have more of them.
     ///
     /// >>> arm.inertial_parameters()[:4].tolist()
     /// [2.0, 0.0, 0.0, -1.0]
-    fn inertial_parameters<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
+        self.core.tree.check_rigid("inertial parameters").map_err(refuse)?;
         let of = |b: &linkwork_multibody::Body| dynamics::inertial_parameters(b.inertia());
-        out1(py, self.core.mbs.bodies().iter().flat_map(of).collect())
+        Ok(out1(py, self.core.mbs.bodies().iter().flat_map(of).collect()))
     }
 }

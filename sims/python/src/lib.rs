@@ -55,6 +55,7 @@ mod frames;
 mod inverse_kinematics;
 mod log;
 mod mechanism;
+mod modes;
 mod operators;
 mod package;
 mod parts;

@@ -320,6 +320,17 @@ impl Mechanism {
         Ok(PySlice::new(py, v.start as isize, v.end as isize, 1))
     }
 
+    /// The places in q and in v of a body's modal coordinates η and their rates: empty of a rigid body.
+    /// Raises LinkworkError for a name that is not there.
+    ///
+    /// >>> arm.modes("lower")
+    /// (slice(2, 2, 1), slice(2, 2, 1))
+    fn modes<'py>(&self, py: Python<'py>, body: &str) -> PyResult<(Slice<'py>, Slice<'py>)> {
+        let body = self.core.mbs.get(self.core.body(body)?);
+        let slice = |r: Range<usize>| PySlice::new(py, r.start as isize, r.end as isize, 1);
+        Ok((slice(body.modes_q()), slice(body.modes_v())))
+    }
+
     /// The configuration (nq,) with all angles and displacements zero. Angles in rad, lengths in m.
     ///
     /// >>> arm.neutral_q().tolist()

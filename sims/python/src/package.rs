@@ -11,6 +11,7 @@ use crate::frames::Frames;
 use crate::inverse_kinematics::{RateTarget, Target};
 use crate::log::{Log, Series};
 use crate::mechanism::{Mechanism, Subgraph};
+use crate::modes::Modes;
 use crate::operators::{Operator, Operators};
 use crate::robot::{Grip, InverseKinematicsSearch, Robot, Trajectory, WholeBodyForces};
 use crate::simulation::Simulation;
@@ -69,7 +70,7 @@ pub fn fill(module: &Bound<'_, PyModule>, library: fn() -> Library, version: &st
     macro_rules! classes {
         ($($class:ty),*) => { $(module.add_class::<$class>()?;)* };
     }
-    classes!(Builder, Hinge, Subhinge, Campaign, Gathering, Outcome, Results);
+    classes!(Builder, Hinge, Modes, Subhinge, Campaign, Gathering, Outcome, Results);
     classes!(ConstrainedMotion, Constraint, Rank, Collider, Collisions, Contact, ContactStep);
     classes!(Edit, Report, Frames, RateTarget, Target, Grip, Robot, Log, Series);
     classes!(Calibration, Identifiable, InverseKinematicsSearch, Trajectory, WholeBodyForces);

@@ -2,7 +2,7 @@
 //! what a file says is shown, never obeyed.
 use crate::builder::kind_name;
 use linkwork_formats::{Description, escaped};
-use linkwork_multibody::{Body, BodyId, Multibody};
+use linkwork_multibody::{Body, BodyId, Modes, Multibody};
 use linkwork_runtime::{Plan, Seconds};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -46,7 +46,12 @@ fn hinge(body: &Body) -> String {
     if body.v().is_empty() { "fixed".into() } else { kinds.join(" + ") }
 }
 
-/// A mechanism as a tree of lines: body, hinge with its places in q and v, mass.
+/// Mass of a body with that of its modes, kg.
+fn mass(body: &Body) -> f64 {
+    body.inertia().mass() + body.modes().map_or(0.0, Modes::mass)
+}
+
+/// A mechanism as a tree of lines: body, hinge with its places in q and v, modes with theirs, mass.
 pub fn tree(mbs: &Multibody) -> String {
     let (bodies, mass) = (mbs.bodies().len(), mbs.total_mass());
     let mut out = format!("{bodies} bodies, nq={}, nv={}, {mass} kg\nworld", mbs.nq(), mbs.nv());
@@ -57,7 +62,11 @@ pub fn tree(mbs: &Multibody) -> String {
             let (q, v) = (body.q(), body.v());
             let _ = write!(out, "  q[{}:{}] v[{}:{}]", q.start, q.end, v.start, v.end);
         }
-        let _ = write!(out, "  {} kg", body.inertia().mass());
+        if body.modes().is_some() {
+            let (n, q, v) = (body.modes_q().len(), body.modes_q(), body.modes_v());
+            let _ = write!(out, "  {n} modes  q[{}:{}] v[{}:{}]", q.start, q.end, v.start, v.end);
+        }
+        let _ = write!(out, "  {} kg", mass(body));
     }
     out
 }
@@ -76,8 +85,15 @@ pub fn mechanism(mbs: &Multibody, description: Option<&Description>) -> String {
         };
         let tree =
             format!("<code style=\"white-space: pre\">{branch}</code>{}", escaped(body.name()));
-        let mut cells = vec![tree, escaped(&hinge(body)), place(body.q()), place(body.v())];
-        cells.push(number(body.inertia().mass()));
+        let (mut kind, mut q, mut v) = (hinge(body), place(body.q()), place(body.v()));
+        if body.modes().is_some() {
+            let _ = write!(kind, " + {} modes", body.modes_q().len());
+            (q, v) = (
+                place(body.q().start..body.modes_q().end),
+                place(body.v().start..body.modes_v().end),
+            );
+        }
+        let mut cells = vec![tree, escaped(&kind), q, v, number(mass(body))];
         if !joints.is_empty() {
             cells.insert(1, escaped(&own.collect::<Vec<_>>().join(", ")));
         }
@@ -121,7 +137,7 @@ pub fn simulation(plan: &Plan, time: f64, until: Option<Seconds>, phase: &str) -
 }
 
 /// At most six places behind the point.
-fn number(x: f64) -> String {
+pub fn number(x: f64) -> String {
     let text = format!("{x:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_string()
 }

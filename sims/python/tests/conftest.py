@@ -37,7 +37,7 @@ def program():
 
 
 #: What a campaign leaves, whoever ran it.
-FILES = [f"{t}.{e}" for t in ("results", "statistics", "sensitivity", "bands") for e in ("csv", "parquet")] + ["report.html"]
+FILES = [f"{t}.{e}" for t in ("results", "statistics", "sensitivity", "requirements", "bands") for e in ("csv", "parquet")] + ["report.html"]
 
 
 def files_of(folder):
@@ -65,6 +65,7 @@ def campaign_file(folder, runs):
         "Friction.damping": Choice(of: [0.02, 0.05, 0.1, 1e4, "a lot"]),
     }},
     retain: (of: ["bob.angle"], every: "0.1 s"),
+    require: {{ "it swings fast": (figure: "largest speed", most: "3 rad/s") }},
 )
 """)
     return file

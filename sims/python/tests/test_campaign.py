@@ -65,6 +65,10 @@ def test_tables_are_columns(tmp_path):
     k = results.statistics["figure"].index("largest speed")
     assert results.statistics["mean"][k] == pytest.approx(speed.mean(), rel=1e-14)
     assert set(results.sensitivity["value"]) == {"bob.mass [kg]", "bob.com[2]"}
+    # What is required is judged of each run; one that failed, or has no figure, did not keep it.
+    fast = [int(run) for run, y in zip(table["run"], table["largest speed [rad/s]"]) if y > 3]
+    assert 0 < len(fast) < len(speed) and results.missed["it swings fast"] == fast
+    assert results.kept == len(speed) - len(fast)
 
 
 def test_a_single_run_with_a_log_and_a_checkpoint_has_the_same_bits(tmp_path):

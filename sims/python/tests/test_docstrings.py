@@ -27,7 +27,7 @@ REFUSE_NOTHING = {
     "Contact": {"reset"},
     "Hinge": {"ball", "free", "locked", "gimbal", "planar", "chain", "prescribed", "armature", "gear", "limits"},
     "Log": {"keys"},
-    "Mechanism": {"couplings", "neutral_q", "random_q", "random_v", "initial_q", "to_ron", "inertial_parameters"},
+    "Mechanism": {"couplings", "neutral_q", "random_q", "random_v", "initial_q", "to_ron"},
     "State": {"center_of_mass", "com_velocity", "momentum", "kinetic_energy", "potential_energy", "clear_wrenches"},
     "Robot": {"copy", "gravity_forces", "mass_matrix", "center_of_mass", "centroidal_matrix"},
     "Attached": {"close"},

@@ -46,7 +46,7 @@ impl Service for CutStandard {
         let planet: PlanetParams = p.planet.clone();
         let top = linkwork_world::atmosphere::Us76::new().at(TOP - 1e-6);
         Ok(CutStandard {
-            planet: planet.planet()?,
+            planet: planet.planet(files)?,
             standard: StandardAtmosphere::build(p, files)?,
             top,
         })

@@ -46,7 +46,7 @@ impl Around {
                 Some(Profile::factors(entries).map_err(|e| fault(&e, "density"))?)
             }
         };
-        let (planet, winds) = (w.planet.planet()?, winds(w, files)?);
+        let (planet, winds) = (w.planet.planet(files)?, winds(w, files)?);
         Ok(Around { planet, outside: w.outside, range, winds, factors })
     }
 

@@ -48,7 +48,14 @@ pub(crate) struct Expander<'a, 'o> {
     pub unmatched: Vec<Unmatched>,
     /// The files that were imported.
     pub imports: Vec<Import>,
+    /// Parts, bodies and what hangs on them so far; `None` once there were too many, or too deep.
+    count: Option<usize>,
 }
+
+/// Parts, bodies, loops, couplings and colliders that a simulation has at most.
+const MOST: usize = 500_000;
+/// Files that stand in each other at most.
+const DEEPEST: usize = 100;
 
 /// What is in force where an assembly stands.
 struct Around<'p> {
@@ -93,7 +100,24 @@ impl<'a, 'o> Expander<'a, 'o> {
             overrides: Vec::new(),
             unmatched: Vec::new(),
             imports: Vec::new(),
+            count: Some(0),
         }
+    }
+
+    /// Counts `more`; `None` when there are too many, which is told once. Files that stand twice in each other double at each level.
+    fn room(&mut self, more: usize, path: &str, origin: Origin) -> Option<()> {
+        let count = self.count? + more;
+        let told = match (count > MOST, self.stack.len() >= DEEPEST) {
+            (false, false) => {
+                self.count = Some(count);
+                return Some(());
+            }
+            (true, _) => format!("`{path}`: the simulation has more than {MOST} parts and bodies"),
+            (_, true) => format!("`{path}` stands inside {DEEPEST} other assemblies"),
+        };
+        self.cx.fault(origin, told, "look whether files hold each other more often than was meant");
+        self.count = None;
+        None
     }
 
     /// The model's description, when the catalogue has it.
@@ -248,6 +272,10 @@ impl<'a, 'o> Expander<'a, 'o> {
         (has_part, known): (&dyn Fn(&str) -> bool, &[&str]),
     ) -> BTreeMap<String, ItemInst> {
         let mut out = BTreeMap::new();
+        let first = forms.values().next().map_or(Origin::NONE, |form| form.origin);
+        if self.room(forms.len(), around.path, first).is_none() {
+            return out;
+        }
         for (name, form) in forms {
             let mut fields = substitute(self.cx, around.env, &form.fields);
             for p in pending {
@@ -275,6 +303,7 @@ impl<'a, 'o> Expander<'a, 'o> {
     ) -> Option<Node> {
         let path = join(around.path, name);
         let params = part.params.clone();
+        self.room(1, &path, part.origin)?;
         match &part.kind {
             PartKind::Model { model, rate, offset, bind, folder } => {
                 let folder = match (folder, around.home) {

@@ -395,7 +395,9 @@ fn outside(
 ) -> Vec<(Text, Located)> {
     let mut out = Vec::new();
     for written in overrides {
-        let file = cx.sources.add("--set", written.clone());
+        // One text for all phases, so that a mistake in it is one mistake.
+        let known = cx.sources.files.iter().position(|(n, text)| n == "--set" && text == written);
+        let file = known.map_or_else(|| cx.sources.add("--set", written.clone()), |k| k as u32);
         let Some((path, value)) = written.split_once('=') else {
             let origin = Origin { file, start: 0, end: written.len() as u32 };
             let message = format!("`--set {written}` has no `=`");

@@ -57,16 +57,23 @@ impl Epoch {
             .map_err(|e| wrong(e.to_string()))
     }
 
+    /// Midnight (UTC) of a modified Julian date, whole days.
+    #[must_use]
+    pub fn of_mjd(days: i64) -> Self {
+        Self(hifitime::Epoch::from_mjd_utc(days as f64))
+    }
+
     /// J2000: 2000-01-01 12:00 TT.
     #[must_use]
     pub fn j2000() -> Self {
         Self(hifitime::Epoch::from_gregorian(2000, 1, 1, 12, 0, 0, 0, TimeScale::TT))
     }
 
-    /// This many seconds of TT later.
+    /// This many seconds of TT later, leap seconds among them.
     #[must_use]
     pub fn plus(&self, seconds: f64) -> Self {
-        Self(self.0 + hifitime::Duration::from_seconds(seconds))
+        // Of an epoch in UTC hifitime adds seconds of UTC, which has none where a leap second is.
+        Self(self.0.to_time_scale(TimeScale::TT) + hifitime::Duration::from_seconds(seconds))
     }
 
     /// Seconds of TT since another epoch.
@@ -94,7 +101,13 @@ impl Epoch {
     /// TT − UTC, s: leap seconds and 32.184. Before 1972 UTC is taken as TAI − 10 s.
     #[must_use]
     pub fn tt_minus_utc(&self) -> f64 {
-        self.0.leap_seconds(true).unwrap_or(10.0) + 32.184
+        // hifitime compares its count of TAI with dates in UTC, and is half a minute early: it is asked with UTC.
+        let leap = |count: hifitime::Duration| {
+            hifitime::Epoch::from_tai_duration(count).leap_seconds(true).unwrap_or(10.0)
+        };
+        let tai = self.0.to_tai_duration();
+        let utc = tai - hifitime::Duration::from_seconds(leap(tai));
+        leap(utc) + 32.184
     }
 
     /// TDB in days past J2000 as whole days and a fraction.

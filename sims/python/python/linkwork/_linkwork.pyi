@@ -127,6 +127,7 @@ class Builder:
         inertia_check: Literal["physical", "positive_moments"] = "physical",
         hinge_in_parent: ArrayLike | None = None,
         hinge_in_body: ArrayLike | None = None,
+        modes: Modes | None = None,
     ) -> Builder: ...
     def node(self, name: str, body: str, pose: ArrayLike | None = None) -> Builder: ...
     def loop(
@@ -146,6 +147,52 @@ class Builder:
         constant: float = 0.0,
     ) -> Builder: ...
     def build(self) -> Mechanism: ...
+
+@final
+class Modes:
+    @staticmethod
+    def beam(
+        length: float,
+        *,
+        young: float,
+        shear: float,
+        density: float,
+        area: float,
+        I_y: float,
+        I_z: float,
+        J: float,
+        ends: Literal["clamped_free", "clamped_clamped", "clamped_pinned", "pinned_pinned", "free_free"] = "clamped_free",
+        damping_ratio: float = 0.0,
+        bending_y: int = 0,
+        bending_z: int = 0,
+        twist: int = 0,
+        stretch: int = 0,
+    ) -> Modes: ...
+    @staticmethod
+    def plate(
+        length: float,
+        width: float,
+        thickness: float,
+        *,
+        young: float,
+        poisson: float,
+        density: float,
+        count: int,
+        damping_ratio: float = 0.0,
+        attach: Sequence[tuple[float, float]] | None = None,
+    ) -> Modes: ...
+    @property
+    def count(self) -> int: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def stiffness(self) -> _Array: ...
+    @property
+    def damping(self) -> _Array: ...
+    @property
+    def mass_matrix(self) -> _Array: ...
+    @property
+    def frequencies(self) -> _Array: ...
 
 @final
 class Subhinge:
@@ -221,6 +268,7 @@ class Mechanism:
     def __deepcopy__(self, _memo: Any) -> Mechanism: ...
     def parent(self, body: str) -> str: ...
     def hinge(self, body: str) -> slice: ...
+    def modes(self, body: str) -> tuple[slice, slice]: ...
     def neutral_q(self) -> _Array: ...
     def random_q(self, seed: int = 0) -> _Array: ...
     def random_v(self, seed: int = 0) -> _Array: ...

@@ -10,7 +10,14 @@
 //!
 //! X, Y and s take some thousands of terms (40 µs), but change slowly: they are tabulated every six hours and
 //! interpolated with polynomials of degree 7, right to 1e-13 in the matrix; beyond the table an evaluation costs 0.4 ms.
+//!
+//! What no theory tells (UT1, the pole in the Earth, offsets of X and Y) is one set of numbers, or a table by the day:
+//! ```text
+//! ERA = ERA(0) + ERȦ t + 2π 1.0027… (ΔUT1(t) − ΔUT1(0)),   ΔUT1 = UT1 − TAI
+//! ω += R_IT (−ẏ_p, −ẋ_p, 0)
+//! ```
 
+use super::orientation::{Daily, EarthOrientation};
 use super::{Spin, about_x, about_y, about_z, phase};
 use crate::error::{WorldError, number};
 use crate::planet::Epoch;
@@ -69,11 +76,21 @@ pub struct Earth {
     tt: (f64, f64),
     /// ERA at the epoch, rad, and its rate, rad/s.
     era: [f64; 2],
-    parameters: EarthParameters,
-    /// `R_TP`: ITRS to terrestrial intermediate axes. s' moves by 47 µas in a century: taken once.
-    R_TP: Quat,
+    observed: Observed,
     pieces: Vec<Piece>,
 }
+
+/// What is observed.
+#[derive(Clone, Debug)]
+enum Observed {
+    /// The same all the time: offsets of X and Y, and `R_TP`, ITRS to terrestrial intermediate axes.
+    Still([f64; 2], Quat),
+    /// By the day, and UT1 − TAI at the epoch.
+    Daily(Daily, f64),
+}
+
+/// Turns of the Earth in a second of UT1.
+const TURNS: f64 = 1.002_737_811_911_354_48 / 86400.0;
 
 impl Earth {
     /// Prepares the table for t from 0 to `duration` (s) after `epoch`. 40 µs for each six hours.
@@ -96,38 +113,92 @@ impl Earth {
         number("excess_of_day, s", p.excess_of_day, |x| x.abs() < 0.1, help)?;
         let help = "0 to 100 years";
         number("duration, s", duration, |x| (0.0..3.2e9).contains(&x), help)?;
+        let observed = Observed::Still(p.celestial_pole_offsets, polar(epoch.tt(), p.pole));
+        let rate = TAU * TURNS * (1.0 - p.excess_of_day / 86400.0);
+        Ok(Self::made(epoch, p.dut1, rate, observed, duration))
+    }
+
+    /// The same by a table of what was observed.
+    ///
+    /// # Errors
+    /// A table that does not reach from the epoch to `duration` (s) after it; a duration below zero or above a hundred years.
+    pub fn by_day(
+        epoch: &Epoch,
+        table: &EarthOrientation,
+        duration: f64,
+    ) -> Result<Self, WorldError> {
+        let help = "0 to 100 years";
+        number("duration, s", duration, |x| (0.0..3.2e9).contains(&x), help)?;
+        let [first, last] = table.span();
+        if *epoch < first || epoch.plus(duration) > last {
+            let fact = format!(
+                "the table of the Earth's orientation is from {first} to {last}, and is asked for from {epoch} to {}",
+                epoch.plus(duration)
+            );
+            let help =
+                "give a file that covers it, begin at another epoch, or write a shorter `span`";
+            return Err(WorldError::Uncovered { fact, help });
+        }
+        let daily = Daily::of(table, epoch);
+        let start = daily.at(0.0).0[0];
+        let dut1 = table.at(epoch).dut1;
+        Ok(Self::made(epoch, dut1, TAU * TURNS, Observed::Daily(daily, start), duration))
+    }
+
+    fn made(epoch: &Epoch, dut1: f64, rate: f64, observed: Observed, duration: f64) -> Self {
         let tt = epoch.tt();
-        let (ut_day, ut_fraction) = epoch.ut1(p.dut1);
-        let rate = TAU * 1.002_737_811_911_354_48 / 86400.0 * (1.0 - p.excess_of_day / 86400.0);
+        let (ut_day, ut_fraction) = epoch.ut1(dut1);
         let era = [earth_rotation_angle(ut_day, ut_fraction), rate];
         let last = (duration / STEP).floor() as i64;
         let samples: Vec<Xys> =
-            (0..=last + POINTS as i64).map(|k| sample(tt, p, k - offset())).collect();
+            (0..=last + POINTS as i64).map(|k| sample(tt, k - offset())).collect();
         let pieces = samples.windows(POINTS).map(piece).collect();
-        Ok(Self { tt, era, parameters, R_TP: polar(tt, p.pole), pieces })
+        Self { tt, era, observed, pieces }
     }
 
     /// The spin `t` seconds after the epoch.
     #[must_use]
     pub fn at(&self, t: f64) -> Spin {
         let k = (t / STEP).floor();
-        let (xys, rate) = match usize::try_from(k as i64).ok().and_then(|i| self.pieces.get(i)) {
-            Some(piece) => piece.at(t / STEP - k),
-            None => {
-                let from = k as i64 - offset();
-                let points: [Xys; POINTS] =
-                    std::array::from_fn(|j| sample(self.tt, &self.parameters, from + j as i64));
-                piece(&points).at(t / STEP - k)
+        let (mut xys, mut rate) =
+            match usize::try_from(k as i64).ok().and_then(|i| self.pieces.get(i)) {
+                Some(piece) => piece.at(t / STEP - k),
+                None => {
+                    let from = k as i64 - offset();
+                    let points: [Xys; POINTS] =
+                        std::array::from_fn(|j| sample(self.tt, from + j as i64));
+                    piece(&points).at(t / STEP - k)
+                }
+            };
+        let mut era = self.era[0] + phase(self.era[1] / TAU, t);
+        let mut turning = self.era[1];
+        // ω of the planet's axes in T, rad/s.
+        let mut wobble = Vec3::zeros();
+        let R_TP = match &self.observed {
+            Observed::Still(offsets, R_TP) => {
+                (0..2).for_each(|k| xys[k] += offsets[k]);
+                *R_TP
+            }
+            Observed::Daily(daily, start) => {
+                let (value, slope) = daily.at(t);
+                era += TAU * TURNS * (value[0] - start);
+                turning += TAU * TURNS * slope[0];
+                for k in 0..2 {
+                    xys[k] += value[3 + k];
+                    rate[k] += slope[3 + k];
+                }
+                wobble = Vec3::new(-slope[2], -slope[1], 0.0);
+                polar(self.tt, [value[1], value[2]])
             }
         };
-        let era = self.era[0] + phase(self.era[1] / TAU, t);
-        let R_IP = intermediate(&xys) * about_z(era) * self.R_TP;
+        let R_IT = intermediate(&xys) * about_z(era);
+        let R_IP = R_IT * R_TP;
         let [x, y, _] = xys;
         let z = (1.0 - x * x - y * y).sqrt();
         let p = Vec3::new(x, y, z);
         let [dx, dy, _] = rate;
         let dp = Vec3::new(dx, dy, -(x * dx + y * dy) / z);
-        Spin { R_IP, omega_I: p * self.era[1] + p.cross(&dp) }
+        Spin { R_IP, omega_I: p * turning + p.cross(&dp) + R_IT * wobble }
     }
 }
 
@@ -137,9 +208,9 @@ fn offset() -> i64 {
 }
 
 /// X, Y, s at step `k` from the epoch.
-fn sample(tt: (f64, f64), p: &EarthParameters, k: i64) -> Xys {
+fn sample(tt: (f64, f64), k: i64) -> Xys {
     let (x, y, s) = sofars::pnp::xys06a(tt.0, tt.1 + k as f64 * (STEP / 86400.0));
-    [x + p.celestial_pole_offsets[0], y + p.celestial_pole_offsets[1], s]
+    [x, y, s]
 }
 
 /// Divided differences of eight points at whole numbers.
@@ -189,7 +260,7 @@ fn intermediate(xys: &Xys) -> Quat {
     about_z(e) * about_y(d) * about_z(-(e + s))
 }
 
-/// R_TP from the coordinates of the pole and s'.
+/// R_TP from the coordinates of the pole and s', which moves by 47 µas in a century: that of the epoch.
 fn polar(tt: (f64, f64), pole: [f64; 2]) -> Quat {
     let sp = sofars::pnp::sp00(tt.0, tt.1);
     about_z(sp) * about_y(-pole[0]) * about_x(-pole[1])

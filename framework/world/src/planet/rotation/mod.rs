@@ -2,9 +2,11 @@
 
 mod earth;
 mod iau;
+mod orientation;
 
 pub use earth::{Earth, EarthParameters, earth_rotation_angle, gcrs_to_itrs};
 pub use iau::{IauRotation, IauTerm};
+pub use orientation::EarthOrientation;
 
 use super::{Epoch, FrameMotion};
 use crate::error::{WorldError, number};

@@ -1,0 +1,226 @@
+//! What the IERS publishes of the Earth's rotation, a row for each day, and how it is read between the days.
+//!
+//! | file | from | known by |
+//! |---|---|---|
+//! | finals2000A (`.all`, `.data`, `.daily`) | IERS, USNO | its columns; bulletin B where it is filled, else A |
+//! | EOP 20 C04 (`eopc04.1962-now`) | IERS | the line `# YR  MM  DD  HH  MJD  x(")  y(")  UT1-UTC(s)  dX(")  dY(") …` |
+//! | `EOP-All.csv`, `EOP-Last5Years.csv` | CelesTrak | the line `DATE,MJD,X,Y,UT1-UTC,LOD,…` |
+//!
+//! Between midnights (UTC) each column is the cubic through both values with the slopes of their neighbours. UT1 is
+//! counted from TAI, which has no leap seconds. Tides of a day and less (0.05 ms of UT1, 0.5 mas of the pole: some
+//! centimetres on the ground) are in none of the files, and are left out.
+
+use super::earth::EarthParameters;
+use crate::error::WorldError;
+use crate::planet::Epoch;
+use std::f64::consts::TAU;
+
+/// Columns: UT1 − TAI (s), x and y of the pole, dX and dY (rad).
+pub(super) const COLUMNS: usize = 5;
+/// The modified Julian date from which UTC has whole leap seconds: 1972-01-01.
+const FIRST: i64 = 41_317;
+
+const KINDS: &str =
+    "give IERS's finals2000A or EOP 20 C04, or CelesTrak's EOP-All.csv, as it was downloaded";
+
+/// The Earth's orientation, day by day.
+#[derive(Clone, Debug)]
+pub struct EarthOrientation {
+    file: String,
+    /// Midnights, a day apart.
+    days: Vec<Epoch>,
+    rows: Vec<[f64; COLUMNS]>,
+}
+
+/// A row in words: MJD, UT1 − UTC, x, y, dX, dY.
+type Words<'a> = [&'a str; 6];
+
+impl EarthOrientation {
+    /// Reads one of the three kinds; `file` is for messages. Rows before 1972, whose UTC had no leap seconds, are left
+    /// out. Predictions that lack dX and dY keep the last known ones.
+    ///
+    /// # Errors
+    /// Another kind of text; a number that is none, or not one of the Earth's; a day that is missing.
+    pub fn read(file: &str, text: &str) -> Result<Self, WorldError> {
+        let mut table = Self { file: file.into(), days: Vec::new(), rows: Vec::new() };
+        let first = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default();
+        // The unit of dX and dY, ″.
+        let (unit, words): (f64, Box<dyn Fn(&str) -> Option<Words<'_>>>) = if first
+            .starts_with("DATE,MJD,")
+        {
+            let titles: Vec<&str> = first.trim().split(',').collect();
+            let names = ["MJD", "UT1-UTC", "X", "Y", "DX", "DY"];
+            let places = names.map(|n| titles.iter().position(|t| *t == n));
+            if let Some(k) = places.iter().position(Option::is_none) {
+                let fact = format!("there is no column `{}`", names[k]);
+                return Err(table.wrong(1, fact, KINDS));
+            }
+            let places = places.map(Option::unwrap_or_default);
+            (1.0, Box::new(move |l| (!l.starts_with("DATE")).then(|| separated(l, ",", places))))
+        } else if text.lines().any(|l| l.starts_with("# YR") && l.contains("UT1-UTC(s)")) {
+            let places = [4, 7, 5, 6, 8, 9];
+            (1.0, Box::new(move |l| (!l.starts_with('#')).then(|| separated(l, " ", places))))
+        } else if finals(first).is_some() {
+            (1e-3, Box::new(finals))
+        } else {
+            let fact = "no table of the Earth's orientation that is known here".to_string();
+            return Err(table.wrong(1, fact, KINDS));
+        };
+        for (k, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
+            let Some(words) = words(line) else { continue };
+            // Days that are not predicted yet.
+            if words[1].is_empty() && !table.days.is_empty() {
+                break;
+            }
+            table.take(k + 1, &words, unit)?;
+        }
+        match table.days.len() {
+            0 | 1 => Err(table.wrong(0, "less than two days since 1972".to_string(), KINDS)),
+            _ => Ok(table),
+        }
+    }
+
+    fn wrong(&self, line: usize, fact: String, help: &'static str) -> WorldError {
+        WorldError::Line { file: self.file.clone(), line, fact, help }
+    }
+
+    fn take(&mut self, line: usize, words: &Words<'_>, unit: f64) -> Result<(), WorldError> {
+        let number = |what: &str, word: &str, most: f64| match word.parse::<f64>() {
+            Ok(x) if x.abs() <= most => Ok(x),
+            _ => {
+                let fact = format!("{what} is `{word}`");
+                Err(self.wrong(
+                    line,
+                    fact,
+                    "a number of the Earth's; give the file as it was downloaded",
+                ))
+            }
+        };
+        let mjd = number("the modified Julian date", words[0], 1e6)?;
+        if mjd.fract() != 0.0 {
+            let fact = format!("the row is of MJD {mjd}, which is no midnight");
+            return Err(self.wrong(line, fact, "give the file that is sampled at 0h UTC"));
+        }
+        if (mjd as i64) < FIRST {
+            return Ok(());
+        }
+        let day = Epoch::of_mjd(mjd as i64);
+        if let Some(last) = self.days.last().filter(|last| (day.since(last) - 86_400.0).abs() > 1.5)
+        {
+            let fact = format!("{day} comes after {last}");
+            return Err(self.wrong(line, fact, "one row for each day, none left out"));
+        }
+        let arcsec = TAU / 1_296_000.0;
+        let tai_minus_utc = day.tt_minus_utc() - 32.184;
+        let mut row = [
+            number("UT1 − UTC, s,", words[1], 1.0)? - tai_minus_utc,
+            number("x of the pole, ″,", words[2], 5.0)? * arcsec,
+            number("y of the pole, ″,", words[3], 5.0)? * arcsec,
+            0.0,
+            0.0,
+        ];
+        for (k, what) in [(4, "dX, ″,"), (5, "dY, ″,")] {
+            row[k - 1] = match (words[k], self.rows.last()) {
+                ("", Some(last)) => last[k - 1],
+                (word, _) => number(what, word, 5.0 / unit)? * unit * arcsec,
+            };
+        }
+        self.days.push(day);
+        self.rows.push(row);
+        Ok(())
+    }
+
+    /// The first and the last day.
+    #[must_use]
+    pub fn span(&self) -> [Epoch; 2] {
+        [self.days[0], self.days[self.days.len() - 1]]
+    }
+
+    /// The parameters at an epoch; those of the first or the last day beyond them.
+    #[must_use]
+    pub fn at(&self, epoch: &Epoch) -> EarthParameters {
+        let ([ut1_minus_tai, x, y, dx, dy], rate) = Daily::of(self, epoch).at(0.0);
+        EarthParameters {
+            dut1: ut1_minus_tai + epoch.tt_minus_utc() - 32.184,
+            pole: [x, y],
+            celestial_pole_offsets: [dx, dy],
+            excess_of_day: -rate[0] * 86_400.0,
+        }
+    }
+}
+
+/// The words of a line that are parted by `by`, at some places.
+fn separated<'a>(line: &'a str, by: &str, places: [usize; 6]) -> Words<'a> {
+    let words: Vec<&str> = line.split(by).map(str::trim).collect();
+    let words: Vec<&str> = match by {
+        " " => words.into_iter().filter(|w| !w.is_empty()).collect(),
+        _ => words,
+    };
+    places.map(|k| words.get(k).copied().unwrap_or_default())
+}
+
+/// A line of finals2000A, whose columns the IERS gives in `readme.finals2000A`; `None` of another line.
+fn finals(line: &str) -> Option<Words<'_>> {
+    let field =
+        |from: usize, to: usize| line.get(from - 1..to.min(line.len())).unwrap_or("").trim();
+    let mjd = field(8, 15);
+    let flags = field(17, 17);
+    (mjd.ends_with(".00") && matches!(flags, "" | "I" | "P")).then_some(())?;
+    let better = |b: (usize, usize), a: (usize, usize)| match field(b.0, b.1) {
+        "" => field(a.0, a.1),
+        filled => filled,
+    };
+    Some([
+        mjd,
+        better((155, 165), (59, 68)),
+        better((135, 144), (19, 27)),
+        better((145, 154), (38, 46)),
+        better((166, 175), (98, 106)),
+        better((176, 185), (117, 125)),
+    ])
+}
+
+/// The rows around and after an epoch, in seconds from it.
+#[derive(Clone, Debug)]
+pub(super) struct Daily {
+    /// Midnights, s after the epoch.
+    times: Vec<f64>,
+    rows: Vec<[f64; COLUMNS]>,
+}
+
+impl Daily {
+    /// From two days before the epoch on.
+    pub fn of(table: &EarthOrientation, epoch: &Epoch) -> Self {
+        let before = table.days.partition_point(|d| d <= epoch);
+        let from = before.saturating_sub(3).min(table.days.len() - 2);
+        let times = table.days[from..].iter().map(|d| d.since(epoch)).collect();
+        Self { times, rows: table.rows[from..].to_vec() }
+    }
+
+    /// Values and their rates (1/s) `t` seconds after the epoch. The first and the last row hold beyond them.
+    pub fn at(&self, t: f64) -> ([f64; COLUMNS], [f64; COLUMNS]) {
+        let last = self.times.len() - 1;
+        let k = self.times.partition_point(|x| *x <= t);
+        if k == 0 || t >= self.times[last] {
+            return (self.rows[if k == 0 { 0 } else { last }], [0.0; COLUMNS]);
+        }
+        let (a, b) = (k - 1, k);
+        let h = self.times[b] - self.times[a];
+        let s = (t - self.times[a]) / h;
+        let slope = |k: usize, c: usize| {
+            let (i, j) = (k.saturating_sub(1), (k + 1).min(last));
+            (self.rows[j][c] - self.rows[i][c]) / (self.times[j] - self.times[i])
+        };
+        let (mut value, mut rate) = ([0.0; COLUMNS], [0.0; COLUMNS]);
+        for c in 0..COLUMNS {
+            let (y0, y1, m0, m1) =
+                (self.rows[a][c], self.rows[b][c], h * slope(a, c), h * slope(b, c));
+            // Hermite's cubic: y0 + m0 s + (3d − 2m0 − m1) s² + (m0 + m1 − 2d) s³.
+            let d = y1 - y0;
+            let (p, q) = (3.0 * d - 2.0 * m0 - m1, m0 + m1 - 2.0 * d);
+            value[c] = y0 + s * (m0 + s * (p + s * q));
+            rate[c] = (m0 + s * (2.0 * p + s * 3.0 * q)) / h;
+        }
+        (value, rate)
+    }
+}

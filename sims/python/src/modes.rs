@@ -1,0 +1,160 @@
+//! `Modes`: what makes a body flexible.
+use crate::array::{Array1, Array2, out1, out2};
+use crate::error::refuse;
+use crate::mechanism::choice;
+use crate::show::number;
+use linkwork_multibody::modes::{self, Beam, BeamModes, Ends, GeneratorFault, Plate};
+use pyo3::prelude::*;
+
+/// Words for how a beam is held.
+const ENDS: [(&str, Ends); 5] = [
+    ("clamped_free", Ends::ClampedFree),
+    ("clamped_clamped", Ends::ClampedClamped),
+    ("clamped_pinned", Ends::ClampedPinned),
+    ("pinned_pinned", Ends::PinnedPinned),
+    ("free_free", Ends::FreeFree),
+];
+
+/// How a flexible body bends: shapes of a beam along the body's x axis or of a plate in its x–y plane, with the whole mass, for
+/// `Builder.body(modes=...)`.
+///
+/// The modal coordinates η of a body and their rates stand directly after those of its hinge in q and v: `Mechanism.modes`. Greatest
+/// deflections and turns of a shape are 1, so that η is in m (bending, stretch) or rad (twist).
+///
+/// >>> modes = linkwork.Modes.beam(2, young=70e9, shear=26e9, density=2700, area=1e-4, I_y=1e-9, I_z=1e-9, J=2e-9, bending_z=2)
+/// >>> modes
+/// Modes(2, 0.54 kg)
+#[pyclass(frozen, weakref, module = "linkwork")]
+pub struct Modes {
+    pub modes: modes::Modes,
+}
+
+fn made(modes: Result<modes::Modes, Vec<GeneratorFault>>) -> PyResult<Modes> {
+    let modes = modes.map_err(|faults| {
+        let all: Vec<String> = faults.iter().map(ToString::to_string).collect();
+        refuse(all.join("\n"))
+    })?;
+    Ok(Modes { modes })
+}
+
+#[pymethods]
+impl Modes {
+    /// Modes of a straight uniform beam from the body's frame to x = `length` (m).
+    ///
+    /// young, shear: moduli, Pa. density: kg/m³. area: m². I_y: ∫ z² dA, m⁴, for bending along z; I_z: ∫ y² dA, for bending along y; J:
+    /// torsion constant, m⁴. ends: "clamped_free", "clamped_clamped", "clamped_pinned", "pinned_pinned" or "free_free", with the body's
+    /// frame at x = 0. damping_ratio: share of critical damping of each mode. bending_y, bending_z, twist, stretch: how many of each
+    /// kind, lowest first; η has them in this order. Euler–Bernoulli with the sections' rotary inertia.
+    /// Raises LinkworkError for numbers that no beam has, and for more modes than are accurate.
+    ///
+    /// >>> arm = linkwork.Modes.beam(1, young=70e9, shear=26e9, density=2700, area=1e-4, I_y=1e-9, I_z=1e-9, J=2e-9, bending_y=1, twist=1)
+    /// >>> arm.count
+    /// 2
+    #[staticmethod]
+    #[pyo3(signature = (length, *, young, shear, density, area, I_y, I_z, J, ends="clamped_free", damping_ratio=0.0, bending_y=0, bending_z=0, twist=0, stretch=0))]
+    #[allow(clippy::too_many_arguments)]
+    fn beam(
+        length: f64,
+        young: f64,
+        shear: f64,
+        density: f64,
+        area: f64,
+        I_y: f64,
+        I_z: f64,
+        J: f64,
+        ends: &str,
+        damping_ratio: f64,
+        bending_y: usize,
+        bending_z: usize,
+        twist: usize,
+        stretch: usize,
+    ) -> PyResult<Self> {
+        let ends = choice("ends", ends, &ENDS)?;
+        let beam = Beam { length, young, shear, density, area, I_y, I_z, J, ends, damping_ratio };
+        made(beam.modes(BeamModes { bending_y, bending_z, twist, stretch }))
+    }
+
+    /// Modes of a thin rectangular plate in the body's x–y plane, clamped to its frame along x = 0, free at x = `length` and
+    /// y = ±`width`/2 (m).
+    ///
+    /// thickness: m. young: Pa. poisson: of the material. density: kg/m³. count: how many modes, lowest first. damping_ratio: share of
+    /// critical damping of each. attach (n, 2): places (m) where other bodies and nodes hang, besides the corners.
+    /// Raises LinkworkError for numbers that no plate has, places that are not on it, and more modes than are accurate.
+    ///
+    /// >>> linkwork.Modes.plate(2, 1, 0.01, young=70e9, poisson=0.3, density=2700, count=3)
+    /// Modes(3, 54 kg)
+    #[staticmethod]
+    #[pyo3(signature = (length, width, thickness, *, young, poisson, density, count, damping_ratio=0.0, attach=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn plate(
+        length: f64,
+        width: f64,
+        thickness: f64,
+        young: f64,
+        poisson: f64,
+        density: f64,
+        count: usize,
+        damping_ratio: f64,
+        attach: Option<Vec<[f64; 2]>>,
+    ) -> PyResult<Self> {
+        let attach = attach.unwrap_or_default();
+        let plate =
+            Plate { length, width, thickness, young, poisson, density, damping_ratio, attach };
+        made(plate.modes(count))
+    }
+
+    /// Number of modes.
+    ///
+    /// >>> modes.count
+    /// 2
+    #[getter]
+    fn count(&self) -> usize {
+        self.modes.count()
+    }
+    /// Mass of the flexible body, kg; that of `Builder.body` comes on top of it.
+    ///
+    /// >>> round(modes.mass, 9)
+    /// 0.54
+    #[getter]
+    fn mass(&self) -> f64 {
+        self.modes.mass()
+    }
+    /// Modal stiffness K (n, n): K η is the force on η, in N (bending, stretch) or N m (twist).
+    ///
+    /// >>> bool((np.diag(modes.stiffness) > 0).all())
+    /// True
+    #[getter]
+    fn stiffness<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        out2(py, self.modes.stiffness_matrix(), self.modes.count(), self.modes.count())
+    }
+    /// Modal damping C (n, n), N s/m or N m s/rad.
+    ///
+    /// >>> modes.damping.tolist()
+    /// [[0.0, 0.0], [0.0, 0.0]]
+    #[getter]
+    fn damping<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        out2(py, self.modes.damping_matrix(), self.modes.count(), self.modes.count())
+    }
+    /// Modal mass M (n, n) with the body's frame held, kg or kg m².
+    ///
+    /// >>> modes.mass_matrix.shape
+    /// (2, 2)
+    #[getter]
+    fn mass_matrix<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        out2(py, self.modes.mass_matrix(), self.modes.count(), self.modes.count())
+    }
+    /// Frequency of each mode (n,), Hz, with the body's frame held; of modes that do not couple.
+    ///
+    /// >>> modes.frequencies.round(2).tolist()
+    /// [2.25, 14.12]
+    #[getter]
+    fn frequencies<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        let (n, K, M) =
+            (self.modes.count(), self.modes.stiffness_matrix(), self.modes.mass_matrix());
+        let of = |i: usize| (K[i * n + i] / M[i * n + i]).sqrt() / std::f64::consts::TAU;
+        out1(py, (0..n).map(of).collect())
+    }
+    fn __repr__(&self) -> String {
+        format!("Modes({}, {} kg)", self.modes.count(), number(self.modes.mass()))
+    }
+}
