@@ -32,13 +32,13 @@ mod text;
 mod wiring;
 
 pub use body::shapes::BodyShape;
-pub use body::stl::read as stl_corners;
 pub use expand::tree::{TreeKind, TreeNode};
 pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
 pub use form::settings::{
     AroundForm, ArrowForm, Figure, FigureOf, LineForm, LogRule, PlaceForm, Plot, PlumeForm,
     Settings, Take, ViewForm,
 };
+pub use linkwork_formats::stl_corners;
 pub use linkwork_runtime::Value;
 pub use load::{
     Loaded, Options, Resolved, dotted, load_file, load_text, put_down, read_value, schema,

@@ -122,8 +122,8 @@ impl std::fmt::Display for Closure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Hands { object } => write!(f, "the grasp of object {object} by two hands"),
-            Self::Loop { index } => write!(f, "loop {index}"),
-            Self::Coupling { index } => write!(f, "coupling {index}"),
+            Self::Loop { index } => write!(f, "loop {index} of the mechanism"),
+            Self::Coupling { index } => write!(f, "coupling {index} of the mechanism"),
         }
     }
 }
@@ -278,10 +278,10 @@ pub enum RobotError {
         /// rad.
         orientation: f64,
     },
-    /// A call that knows nothing of a loop or a coupling of the mechanism, and would open it.
+    /// A call that knows nothing of a loop or a coupling of the mechanism, or of two hands on an object, and would open it.
     #[error(
-        "{what} knows nothing of {closure} of the mechanism\n  help: `WholeReach` keeps it closed; where it does not count, leave it out of the \
-         model"
+        "{what} knows nothing of {closure}\n  help: `WholeReach` keeps it closed; where it does not count, leave it out of the \
+         model, or let one hand go"
     )]
     OpensClosure {
         /// The call.

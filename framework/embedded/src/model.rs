@@ -7,13 +7,13 @@ use crate::part::{Chain, Part, PartSpec, Resolved, resolve};
 use linkwork_collision::{ColliderId, ColliderSpec, Rules, Shape};
 use linkwork_dynamics::Tree;
 use linkwork_formats::{
-    Description, Geometry, ReadOptions, ShapeRole, Srdf, read_file, read_srdf_file,
+    Description, Geometry, ReadOptions, ShapeRole, Srdf, mesh_corners, read_file, read_srdf_file,
 };
 use linkwork_multibody::names::suggest;
 use linkwork_multibody::{BodyId, Builder, HingeCoordinate, Limits, Multibody, NodeId};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia, Vec3};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -292,11 +292,11 @@ impl RobotModel {
         }))
     }
 
-    /// A robot from a URDF (MJCF, SDF) file; parts from the groups of an SRDF file, where one is given. Look at [`doubtful`](Self::doubtful)
-    /// afterwards, unless the options refuse such numbers.
+    /// A robot from a URDF (MJCF, SDF) file with its collision shapes, its loops and couplings kept; parts from the groups of an SRDF
+    /// file, where one is given. Look at [`doubtful`](Self::doubtful) and [`unused`](Self::unused) afterwards.
     ///
     /// # Errors
-    /// All that is wrong with the files and the parts.
+    /// All that is wrong with the files and the parts; shapes that [cannot collide](colliders_of).
     pub fn load(
         robot: impl AsRef<Path>,
         groups: Option<&Path>,
@@ -304,7 +304,7 @@ impl RobotModel {
     ) -> Result<Arc<Self>, ModelError> {
         let file = |e: String| ModelError { faults: vec![ModelFault::File { text: e }] };
         let d = read_file(robot, options).map_err(|e| file(e.to_string()))?;
-        let mut spec = ModelSpec::from_description(&d)?;
+        let mut spec = ModelSpec::with_closures(&d).shapes(&d)?;
         if let Some(path) = groups {
             let srdf = read_srdf_file(path).map_err(|e| file(e.to_string()))?;
             spec = spec.groups(&srdf, &d)?;
@@ -513,23 +513,26 @@ impl RobotModel {
 }
 
 /// The collision shapes of a description as colliders, by their own names where they have one that is free, else
-/// `body/number` (from 0).
+/// `body/number` (from 0). A mesh file (STL, OBJ) collides as its convex hull, which misses no contact of the mesh.
 ///
 /// # Errors
-/// Shapes that a collider cannot be: mesh files, ellipsoids, planes with an end. All at once; none is left out in silence.
+/// Shapes that a collider cannot be: meshes of other formats and those that are not found, ellipsoids, planes with an end. All at once;
+/// none is left out in silence.
 pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
     let (mut out, mut faults) = (Vec::<ColliderSpec>::new(), Vec::new());
     let mut count: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut names = BTreeSet::new();
     for s in d.shapes.iter().filter(|s| s.role != ShapeRole::Visual) {
         let number = count.entry(&s.body).or_default();
         let numbered = format!("{}/{number}", s.body);
         *number += 1;
-        let taken = out.iter().any(|c| c.name == s.name);
+        let taken = names.contains(&s.name);
         let name = if s.name.is_empty() || taken { numbered } else { s.name.clone() };
+        names.insert(name.clone());
         match solid(&s.geometry) {
-            Some(shape) => out.push(ColliderSpec::new(name, &s.body, shape).at(s.pose)),
-            None => faults.push(ModelFault::Refused {
-                what: format!("collision shape `{name}`: {:?}", s.geometry),
+            Ok(shape) => out.push(ColliderSpec::new(name, &s.body, shape).at(s.pose)),
+            Err(why) => faults.push(ModelFault::Refused {
+                what: format!("collision shape `{name}`: {why}"),
                 help: "give that body solids (or a mesh of your own) as colliders instead",
             }),
         }
@@ -537,9 +540,9 @@ pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
     if faults.is_empty() { Ok(out) } else { Err(ModelError { faults }) }
 }
 
-/// A shape of a file as one that collides.
-fn solid(g: &Geometry) -> Option<Shape> {
-    Some(match *g {
+/// A shape of a file as one that collides, or why it cannot.
+fn solid(g: &Geometry) -> Result<Shape, String> {
+    Ok(match *g {
         Geometry::Box { size } => Shape::Box { half: 0.5 * Vec3::from(size) },
         Geometry::Sphere { radius } => Shape::Sphere { radius },
         Geometry::Cylinder { radius, length } => {
@@ -549,7 +552,15 @@ fn solid(g: &Geometry) -> Option<Shape> {
             Shape::Capsule { radius, half_length: 0.5 * length }
         }
         Geometry::Plane { size: [0.0, 0.0] } => Shape::HalfSpace,
-        Geometry::Plane { .. } | Geometry::Ellipsoid { .. } | Geometry::Mesh { .. } => return None,
+        Geometry::Mesh { ref file, ref path, scale } => {
+            let path = path.as_deref().ok_or_else(|| format!("`{file}` is not found"))?;
+            let corners = mesh_corners(path).map_err(|e| format!("`{file}`: {e}"))?;
+            let scale = Vec3::from(scale);
+            Shape::ConvexHull { points: corners.iter().map(|p| p.component_mul(&scale)).collect() }
+        }
+        Geometry::Plane { .. } | Geometry::Ellipsoid { .. } => {
+            return Err(format!("{g:?} is no solid"));
+        }
     })
 }
 

@@ -504,3 +504,60 @@ fn shapes_of_a_file_collide_and_its_pairs_do_not() {
     let text = RobotModel::new(&spec().groups(&srdf, &d).unwrap()).unwrap_err().to_string();
     assert!(text.contains("basis") && text.contains("base"), "{text}");
 }
+
+/// A file with its group file, a mesh, and a joint that mimics another.
+#[test]
+fn a_robot_is_loaded_with_its_shapes_and_couplings() {
+    let folder = std::env::temp_dir().join(format!("linkwork_robot_{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    // A tetrahedron in mm, as STL and as OBJ; the file scales it.
+    let corners = ["0 0 0", "100 0 0", "0 100 0", "0 0 100"];
+    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+    let facet = |f: &[usize; 3]| {
+        let lines: String = f.iter().map(|k| format!("vertex {}\n", corners[*k])).collect();
+        format!("facet normal 0 0 0\nouter loop\n{lines}endloop\nendfacet\n")
+    };
+    write(
+        "tip.stl",
+        &format!("solid t\n{}endsolid t\n", faces.iter().map(facet).collect::<String>()),
+    );
+    let vertices: String = corners.iter().map(|c| format!("v {c}\n")).collect();
+    write("tip.obj", &format!("{vertices}f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"));
+    let text = |mesh: &str| {
+        let mimic = "<limit lower=\"0\" upper=\"1\" effort=\"1\" velocity=\"1\"/><mimic joint=\"turn\" multiplier=\"0.5\"/>";
+        SHAPES
+            .replace("continuous", "revolute")
+            .replace("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 1\"/><limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>")
+            .replace("<limit lower=\"0\" upper=\"1\" effort=\"1\" velocity=\"1\"/>", mimic)
+            .replace("<sphere radius=\"0.1\"/>", mesh)
+    };
+    write(
+        "r.srdf",
+        r#"<robot name="r"><group name="arm"><chain base_link="base" tip_link="tool"/></group>
+        <disable_collisions link1="base" link2="rod"/></robot>"#,
+    );
+    let q = [0.2, 0.1];
+    let [mut at_stl, mut at_obj] = ["tip.stl", "tip.obj"].map(|file| {
+        write("r.urdf", &text(&format!("<mesh filename=\"{file}\" scale=\"0.001 0.001 0.001\"/>")));
+        let groups = folder.join("r.srdf");
+        let model = RobotModel::load(folder.join("r.urdf"), Some(&groups), &options()).unwrap();
+        assert!(model.part("arm").is_some() && model.colliders().len() == 4);
+        assert_eq!(model.multibody().couplings().len(), 1);
+        Robot::new(&model)
+    });
+    let tool = at_stl.model().collider("tool/0").unwrap();
+    let base = at_stl.model().collider("base/0").unwrap();
+    assert_eq!(at_stl.first_hit(&q).unwrap(), Some((base, tool)));
+    let tube = at_stl.model().collider("tube").unwrap();
+    // In axes of the rod the corner at (0.2, 0, 0) is nearest to the tube, whose side is at x = 0.9 on its axis.
+    let gap = at_stl.distance(&q, tool, tube).unwrap().unwrap().distance;
+    assert!((gap - 0.7).abs() < 1e-9, "{gap}");
+    assert_eq!(at_obj.distance(&q, tool, tube).unwrap().unwrap().distance, gap);
+    write("r.urdf", &text("<mesh filename=\"tip.dae\"/>"));
+    write("tip.dae", "<COLLADA/>");
+    let told = RobotModel::load(folder.join("r.urdf"), None, &options()).unwrap_err().to_string();
+    assert!(told.contains("tip.dae`: it is neither an STL nor an OBJ file"), "{told}");
+    assert!(told.contains("help: give that body solids"), "{told}");
+    std::fs::remove_dir_all(folder).unwrap();
+}

@@ -163,19 +163,20 @@ impl Scene {
         self.model.collider(name).unwrap()
     }
 
-    /// One step, which changes what it names (the beginning of a name counts for all that begin so) and nothing else.
+    /// One step, which changes what it names (the beginning of a name counts for all that begin so) and nothing else. Behind `~` is what it may
+    /// leave: the last bits of a place that is told from elsewhere now.
     fn step(&mut self, what: &str, changes: &[&str], step: impl FnOnce(&mut Robot)) {
         let before = answers(&self.robot);
         let twin = self.robot.clone();
         step(&mut self.robot);
         let after = answers(&self.robot);
         assert_eq!(answers(&twin), before, "{what}: an instance made before it has noticed it");
-        let named = |k: &str| changes.iter().any(|c| k.starts_with(c));
+        let named = |k: &str| changes.iter().any(|c| k.starts_with(c.trim_start_matches('~')));
         let changed: Vec<&String> =
             after.keys().filter(|k| before.get(*k) != after.get(*k)).collect();
         let unasked: Vec<_> = changed.iter().filter(|k| !named(k)).collect();
         assert!(unasked.is_empty(), "{what} changed {unasked:?}");
-        for c in changes {
+        for c in changes.iter().filter(|c| !c.starts_with('~')) {
             assert!(changed.iter().any(|k| k.starts_with(c)), "{what}: {c} is as before");
         }
     }
@@ -388,6 +389,10 @@ fn change_tyre() {
         for k in 0..n["count"].as_u64().unwrap() {
             spec.objects.push(thing(&format!("nut {k}"), number(n, "mass"), &[0.0; 3], &[1e-6; 3]));
         }
+        // The hub turns on the axle.
+        spec.objects.push(thing("axle", 10.0, &[0.0; 3], &[0.1; 3]));
+        let steel = MassProperties::new(4.0, Vec3::zeros(), Mat3::identity() * 0.01);
+        spec.linkages.body(BodySpec::new("hub", "axle").hinge(Hinge::pin(Vec3::z())).mass(steel));
         spec.parts.retain(|p| p.name() != "neck");
     }) else {
         return;
@@ -411,7 +416,13 @@ fn change_tyre() {
         r.squeeze(tyre, 98.1, &mut tau).unwrap();
     });
     let off = ["left: forces", "left: inertia", "tyre: hands", "tyre: pairs", "tyre: distances"];
-    s.step("mount", &off, |r| r.ungrasp(tyre).unwrap());
+    s.step("both let go", &off, |r| r.ungrasp(tyre).unwrap());
+    let axle = s.object("axle");
+    let hub = s.model.object_body(axle, "hub").unwrap();
+    let X = pose(&numbers(&s.json["bodies"]["hub"]["pose"]));
+    s.step("the axle", &["axle: place"], |r| r.put(axle, X).unwrap());
+    let welded = ["tyre: on", "~tyre: place", "~tyre: distances"];
+    s.step("weld to the hub", &welded, |r| r.attach(tyre, axle, Some(hub), Grasp::Here).unwrap());
     for (k, p) in s.json["expect"]["nut_positions"].as_array().unwrap().clone().iter().enumerate() {
         let (name, p) = (format!("nut {k}"), numbers(p));
         let nut = s.object(&name);
@@ -420,10 +431,28 @@ fn change_tyre() {
         s.step(&name, &takes, |r| r.grasp(left, nut, Grasp::At(Pose::identity())).unwrap());
         s.step(&name, &takes[..3], |r| r.ungrasp(nut).unwrap());
         let X = Pose::translation(p[0], p[1], p[2]);
-        s.step("nut on the hub", &[&place], |r| r.put(nut, X).unwrap());
+        s.step("nut on its stud", &[&place], |r| r.put(nut, X).unwrap());
+        let on = format!("{name}: on");
+        s.step("weld the nut", &[&on, &format!("~{place}")], |r| {
+            r.attach(nut, axle, Some(hub), Grasp::Here).unwrap()
+        });
     }
     let nuts: Vec<String> = (0..5).map(|k| format!("nut {k}")).collect();
-    let all: Vec<&str> = ["tyre"].into_iter().chain(nuts.iter().map(String::as_str)).collect();
+    let all: Vec<&str> =
+        ["tyre", "axle"].into_iter().chain(nuts.iter().map(String::as_str)).collect();
+    // All that hangs on the hub turns with it, and comes off again.
+    let turned: Vec<String> = (all.iter().filter(|o| **o != "axle"))
+        .map(|o| format!("{o}: place"))
+        .chain(["axle: joints".into(), "tyre: distances".into()])
+        .collect();
+    let turned: Vec<&str> = turned.iter().map(String::as_str).collect();
+    s.step("turn the hub", &turned, |r| r.set_object_q(axle, &[0.4]).unwrap());
+    s.step("turn it back", &turned, |r| r.set_object_q(axle, &[0.0]).unwrap());
+    for name in all.iter().filter(|o| **o != "axle") {
+        let (object, on) = (s.object(name), format!("{name}: on"));
+        let place = format!("~{name}: place");
+        s.step("take it off", &[&on, &place, "~tyre: distances"], |r| r.detach(object).unwrap());
+    }
     s.ends(&all);
 }
 

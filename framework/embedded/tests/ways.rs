@@ -191,3 +191,44 @@ fn an_arm_of_two_finds_its_way() {
     println!("{found} ways with {corners} corners");
     assert!(found >= 3 && corners >= 1, "{found} {corners}");
 }
+
+/// A way that would leave one of two hands behind is refused; what carries both hands is not.
+#[test]
+fn nothing_tears_an_object_from_a_hand() {
+    let mut spec = ModelSpec::default();
+    let mass = MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
+    let pin = || Hinge::pin(Vec3::z()).limits(Limits::position(-3.0, 3.0));
+    spec.mechanism.body(BodySpec::new("waist", "world").hinge(pin()).mass(mass));
+    for (name, y) in [("left", 0.3), ("right", -0.3)] {
+        let body = BodySpec::new(name, "waist").hinge(pin()).mass(mass);
+        spec.mechanism.body(body.hinge_in_parent(Pose::translation(0.0, y, 0.0)));
+        let ball = ColliderSpec::new(name, name, Shape::Sphere { radius: 0.05 });
+        spec.colliders.push(ball.at(Pose::translation(0.4, 0.0, 0.0)));
+        spec.parts.push(PartSpec::chain(name, "waist", name));
+    }
+    spec.objects.push(ObjectSpec { name: "bar".into(), mass });
+    let model = RobotModel::new(&spec).unwrap();
+    let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
+    let bar = model.object("bar").unwrap();
+    let mut robot = Robot::new(&model);
+    let q = robot.q().to_vec();
+    let turned = |body: &str| {
+        let mut q = q.clone();
+        q[model.multibody().get(model.multibody().body(body).unwrap()).q().start] += 0.1;
+        q
+    };
+    let mut planner = Planner::new(&robot, right, 100).unwrap();
+    robot.grasp(left, bar, Grasp::Here).unwrap();
+    // One hand holds it: the other arm goes where it will.
+    robot.path_free(&q, &turned("right"), 1e-2).unwrap();
+    robot.grasp(right, bar, Grasp::Here).unwrap();
+    let closure = Closure::Hands { object: 0 };
+    let opens = RobotError::OpensClosure { what: "a straight way", closure };
+    assert!(opens.to_string().contains("the grasp of object 0 by two hands\n  help: `WholeReach`"));
+    assert_eq!(robot.path_free(&q, &turned("right"), 1e-2), Err(opens));
+    let told = planner.plan(&mut robot, &q, &turned("right"), &Search::default());
+    assert_eq!(told, Err(opens));
+    assert_eq!(robot.path_free(&q, &turned("waist"), 1e-2).unwrap(), Path::Free);
+    robot.release(right, bar).unwrap();
+    robot.path_free(&q, &turned("right"), 1e-2).unwrap();
+}

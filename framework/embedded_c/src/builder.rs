@@ -313,7 +313,7 @@ pub unsafe extern "C" fn lw_builder_groups_text(
 }
 
 /// The collision shapes of the robot's file, as colliders with their names, or `body/number`. After the robot. Shapes that a collider
-/// cannot be (mesh files, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`, `lw_builder_hull` or `lw_builder_mesh`.
+/// cannot be (meshes that are neither STL nor OBJ, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`, `lw_builder_hull` or `lw_builder_mesh`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_file_shapes(builder: *mut LwBuilder) -> LwStatus {
     // SAFETY: the caller's promises.

@@ -54,6 +54,7 @@ mod mjcf;
 mod read;
 mod sdf;
 mod srdf;
+mod stl;
 mod urdf;
 mod xml;
 
@@ -66,6 +67,7 @@ pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::{Coupling, HingeCoordinate, LoopClosure, Term};
 pub use linkwork_spatial as spatial;
 pub use markup::escaped;
+pub use mesh::mesh_corners;
 pub use mjcf::read_mjcf;
 pub use read::{
     Format, LARGEST_FILE, ReadOptions, Root, Unphysical, format_of, read_file, read_text,
@@ -73,4 +75,5 @@ pub use read::{
 };
 pub use sdf::read_sdf;
 pub use srdf::{Group, Srdf, read_srdf, read_srdf_file};
+pub use stl::read as stl_corners;
 pub use urdf::read_urdf;

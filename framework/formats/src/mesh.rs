@@ -1,7 +1,37 @@
-//! Where a mesh file is: `package://` and `model://` names, and paths relative to the file.
+//! Where a mesh file is: `package://` and `model://` names, and paths relative to the file; and the corners of what is in it.
 
-use crate::ReadOptions;
+use crate::{ReadOptions, stl, whole_file};
+use linkwork_spatial::Vec3;
 use std::path::{Component, Path, PathBuf};
+
+/// Corners of the surface in a mesh file, as written: of an STL file, three for each triangle; of a Wavefront OBJ file, its vertices.
+///
+/// # Errors
+/// Why it cannot be read, in words.
+pub fn mesh_corners(path: &Path) -> Result<Vec<Vec3>, String> {
+    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let bytes = whole_file(path)?;
+    match kind.as_str() {
+        "stl" => stl::read(&bytes),
+        "obj" => {
+            let text = std::str::from_utf8(&bytes).map_err(|_| "it is no text".to_string())?;
+            let vertices = text.lines().enumerate().filter_map(|(k, line)| {
+                let numbers: Vec<f64> = line
+                    .strip_prefix("v ")?
+                    .split_whitespace()
+                    .map_while(|w| w.parse().ok())
+                    .collect();
+                Some(match numbers[..] {
+                    [x, y, z, ..] => Ok(Vec3::new(x, y, z)),
+                    _ => Err(format!("line {}: a vertex has three numbers", k + 1)),
+                })
+            });
+            let corners: Vec<Vec3> = vertices.collect::<Result<_, _>>()?;
+            if corners.is_empty() { Err("it has no vertices".into()) } else { Ok(corners) }
+        }
+        _ => Err("it is neither an STL nor an OBJ file".into()),
+    }
+}
 
 /// The file that a mesh name means, if it exists.
 ///

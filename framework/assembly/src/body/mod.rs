@@ -8,7 +8,6 @@ pub(crate) mod mass;
 pub(crate) mod modes;
 pub(crate) mod shapes;
 pub(crate) mod solid;
-pub(crate) mod stl;
 
 use crate::body::collider::Collider;
 use crate::body::hinge::{Drive, hinge};

@@ -9,7 +9,6 @@
 //! PointCloud(points: [[x, y, z, r], ..], room: ..)   balls, which a program may replace
 //! VoxelMap(cells: [..], edge: .., occupied: [..])    cubes from the origin on, of which a program may make others occupied
 //! ```
-use crate::body::stl;
 use crate::schema::describe::Schema;
 use crate::schema::kind::{
     At, Kind, direction, list_of, mapped, number, numbers, text, vector, whole,
@@ -439,7 +438,7 @@ fn file_corners(
         }
         Err(_) => return missing(cx, &file, at),
     };
-    match bytes.and_then(|b| stl::read(&b)) {
+    match bytes.and_then(|b| linkwork_formats::stl_corners(&b)) {
         Ok(points) => Some(points.iter().map(|p| p.component_mul(&scale)).collect()),
         Err(why) => {
             let message = format!("{}: `{}` cannot be read: {why}", at.what, file.text);

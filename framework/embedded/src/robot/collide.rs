@@ -17,7 +17,7 @@ use crate::model::{Object, RobotModel};
 use crate::part::Part;
 use linkwork_collision::{Closest, ColliderId, Detail, Distance, Probe, Visibility};
 use linkwork_dynamics::{Workspace, poses};
-use linkwork_multibody::SubhingeKind;
+use linkwork_multibody::{SubhingeKind, SubhingeRange};
 use linkwork_spatial::{Motion, Pose};
 
 /// Memory of collision queries.
@@ -202,6 +202,10 @@ impl Robot {
         numbers("qa", qa, self.q.len())?;
         numbers("qb", qb, self.q.len())?;
         self.model.opens_between(qa, qb)?;
+        self.tears("a straight way", |v| {
+            let moved = |s: &SubhingeRange| s.v.contains(&v) && qa[s.q.clone()] != qb[s.q.clone()];
+            self.model.multibody().subhinges().any(|(_, s)| moved(s))
+        })?;
         if !(1e-9..=1.0).contains(&least) {
             let help = "give a part of the way from 1e-9 to 1";
             return Err(RobotError::OutOfRange { what: "least", value: least, help });

@@ -9,7 +9,7 @@
 //! ```
 
 use super::{Mount, Robot};
-use crate::error::RobotError;
+use crate::error::{Closure, RobotError};
 use crate::model::Object;
 use crate::part::Part;
 use linkwork_spatial::Pose;
@@ -107,6 +107,25 @@ impl Robot {
         self.holds[object.index()] = Some(hold);
         self.filter(object);
         self.carry(hold.hand.0)
+    }
+
+    /// Refuses what moves one of the two hands on an object and not the other: `moves` tells which degrees of freedom do. Those that carry both
+    /// hands tear nothing.
+    pub(super) fn tears(
+        &self,
+        what: &'static str,
+        moves: impl Fn(usize) -> bool,
+    ) -> Result<(), RobotError> {
+        for (object, hold) in self.holds.iter().enumerate() {
+            let Some(Hold { hand: (l, _), second: Some((r, _)) }) = hold else { continue };
+            let (l, r) = (&self.model.chain(*l)?.v, &self.model.chain(*r)?.v);
+            let mut between = l.iter().filter(|v| !r.contains(v));
+            let mut other = r.iter().filter(|v| !l.contains(v));
+            if between.any(|v| moves(*v)) || other.any(|v| moves(*v)) {
+                return Err(RobotError::OpensClosure { what, closure: Closure::Hands { object } });
+            }
+        }
+        Ok(())
     }
 
     /// Another pose `X_TO` of an object in a hand that holds it, as an estimator found it. The load moves with it, and

@@ -112,7 +112,8 @@ pub(super) fn memory(chain: &Chain) -> InverseKinematics {
 
 impl Robot {
     /// Moves the chain's numbers in `q` (nq of the whole; in: where to start, out: the solution, or the nearest
-    /// configuration) until its tip meets the goal (given in `frame`), within limits. The robot's own q does not change.
+    /// configuration) until its tip meets the goal (given in `frame`), within limits. The robot's own q does not change. Of an object in two
+    /// hands it moves this one alone: [`WholeReach`](crate::WholeReach) moves both, and tells how far apart they are.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
@@ -181,7 +182,7 @@ impl Robot {
 
     /// Rates of a chain at the robot's q, into its places of `v` (nv), for which its tip moves as nearly as asked as it can, seen from its
     /// base: `twist` is [ω; v] at the tip's origin, world axes. Of all such rates the least; within rate limits, and not outward at a
-    /// limit. Returns what is missing, rad/s and m/s. A search that was begun may go on afterwards.
+    /// limit. Returns what is missing, rad/s and m/s. A search that was begun may go on afterwards. Of an object in two hands it moves this one alone.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`].

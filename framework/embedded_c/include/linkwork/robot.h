@@ -701,7 +701,7 @@ enum LwStatus lw_builder_groups_file(struct LwBuilder *builder, const char *path
 enum LwStatus lw_builder_groups_text(struct LwBuilder *builder, const char *xml);
 
 // The collision shapes of the robot's file, as colliders with their names, or `body/number`. After the robot. Shapes that a collider
-// cannot be (mesh files, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`, `lw_builder_hull` or `lw_builder_mesh`.
+// cannot be (meshes that are neither STL nor OBJ, ellipsoids) are refused: give such bodies shapes by `lw_builder_shape`, `lw_builder_hull` or `lw_builder_mesh`.
 enum LwStatus lw_builder_file_shapes(struct LwBuilder *builder);
 
 // A part: the chain of bodies after `base` (a body, or "world") up to `tip`.
