@@ -13,8 +13,8 @@
 //! *J. Geodesy* 76 (2002)). Derivatives
 //! along u follow from the same recursion differentiated: Ā' = a (u Ā' + Ā) − b Ā'.
 //!
-//! Sums over n come first: for each order m a handful of numbers p, p' …, then one step of (s + it)ᵐ.
-//! Four orders go side by side; an evaluation needs no memory beyond registers.
+//! Sums over n come first: for each order m a handful of numbers p, p' …, then they are multiplied by (s + it)ᵐ.
+//! Four orders go side by side all the way; an evaluation needs no memory beyond registers.
 //!
 //! With P = 1 − r̂ r̂ᵀ, g = ∂W/∂(s,t,u), K = ∂g/∂(s,t,u), W = V r/μ, and the weights n + 1 and
 //! (n + 1)(n + 2) that ∂/∂r brings (index 1 and 2):
@@ -58,11 +58,10 @@ pub struct Harmonics {
     mu: f64,
     radius: f64,
     degree: usize,
-    order: usize,
     /// Blocks of four orders one after the other; block k has degrees 4k … degree.
     rows: Vec<Row>,
     /// Ā_mm.
-    diagonal: Vec<[f64; LANES]>,
+    diagonal: Vec<Lanes>,
 }
 
 /// Sums over degrees of one block: index 0 for C̄, 1 for S̄.
@@ -96,10 +95,10 @@ impl Harmonics {
                 }
                 *start = if m <= order { a_mm } else { 0.0 };
             }
-            diagonal.push(start);
+            diagonal.push(start.into());
             rows.extend((first..=degree).map(|n| row(field, n, first)));
         }
-        Self { mu: field.mu, radius: field.radius, degree, order, rows, diagonal }
+        Self { mu: field.mu, radius: field.radius, degree, rows, diagonal }
     }
 
     /// μ, m³/s².
@@ -167,26 +166,22 @@ impl Harmonics {
         let at = Place { r, n: p / r };
         let rho = self.radius / r;
         let (u_rho, rho2) = (at.n.z * rho, rho * rho);
-        let mut t = Totals::default();
-        let mut power = Powers::START;
-        let mut rho_m = 1.0;
+        let mut t = Lanewise::default();
+        let mut power = Powers::start(at.n.x, at.n.y);
+        let mut rho_m = Lanes::from([1.0, rho, rho2, rho * rho2]);
+        let rho_4 = Lanes::splat(rho2 * rho2);
         let mut from = 0;
         for (k, diagonal) in self.diagonal.iter().enumerate() {
             let first = k * LANES;
             let count = self.degree + 1 - first;
-            let mut start = [0.0; LANES];
-            for lane in 0..LANES {
-                start[lane] = diagonal[lane] * rho_m;
-                rho_m *= rho;
-            }
             let rows = &self.rows[from..from + count];
-            let sums = block::<GRADIENT>(rows, first, &start, [u_rho, rho, rho2]);
+            let sums = block::<GRADIENT>(rows, first, *diagonal * rho_m, [u_rho, rho, rho2]);
             from += count;
-            for lane in 0..LANES.min(self.order + 1 - first) {
-                t.add::<GRADIENT>(&sums, lane, (first + lane) as f64, &power);
-                power.next(at.n.x, at.n.y);
-            }
+            t.add::<GRADIENT>(&sums, first as f64, &power);
+            power.next::<GRADIENT>();
+            rho_m *= rho_4;
         }
+        let t = t.totals::<GRADIENT>();
         (at, t)
     }
 }
@@ -248,7 +243,7 @@ impl Recursion {
 fn block<const GRADIENT: bool>(
     rows: &[Row],
     first: usize,
-    diagonal: &[f64; LANES],
+    diagonal: Lanes,
     [u_rho, rho, rho2]: [f64; 3],
 ) -> Sums {
     let mut all = Recursion {
@@ -262,11 +257,11 @@ fn block<const GRADIENT: bool>(
     };
     let (head, rest) = rows.split_at(LANES.min(rows.len()));
     for (k, row) in head.iter().enumerate() {
-        all.degree::<GRADIENT>(row, |f| {
-            let mut f = f.to_array();
-            f[k] = diagonal[k];
-            f.into()
-        });
+        // Of this lane f is zero so far.
+        let mut unit = [0.0; LANES];
+        unit[k] = 1.0;
+        let start = diagonal * Lanes::from(unit);
+        all.degree::<GRADIENT>(row, |f| f + start);
     }
     for row in rest {
         all.degree::<GRADIENT>(row, |f| f);
@@ -298,27 +293,70 @@ struct Place {
     n: Vec3,
 }
 
-/// (s + it) to the powers m, m − 1, m − 2.
+/// A complex number for each of four orders.
+#[derive(Clone, Copy, Default)]
+struct Complex {
+    re: Lanes,
+    im: Lanes,
+}
+
+impl Complex {
+    #[inline(always)]
+    fn of(x: [(f64, f64); LANES]) -> Self {
+        Self { re: x.map(|x| x.0).into(), im: x.map(|x| x.1).into() }
+    }
+
+    #[inline(always)]
+    fn times(self, z: Self) -> Self {
+        Self {
+            re: self.re.mul_add(z.re, -(self.im * z.im)),
+            im: self.re.mul_add(z.im, self.im * z.re),
+        }
+    }
+}
+
+/// (s + it) to the powers m, m − 1, m − 2 of four orders m; zero where the power is below zero, by which nothing is multiplied but zero.
 struct Powers {
-    m: (f64, f64),
-    m1: (f64, f64),
-    m2: (f64, f64),
+    m: Complex,
+    m1: Complex,
+    m2: Complex,
+    /// (s + it)⁴ in each.
+    four: Complex,
 }
 
 impl Powers {
-    const START: Self = Self { m: (1.0, 0.0), m1: (0.0, 0.0), m2: (0.0, 0.0) };
-
     #[inline(always)]
-    fn next(&mut self, s: f64, t: f64) {
-        self.m2 = self.m1;
-        self.m1 = self.m;
-        let (re, im) = self.m;
-        self.m = (s * re - t * im, s * im + t * re);
+    fn start(s: f64, t: f64) -> Self {
+        let z = |x: (f64, f64)| (s * x.0 - t * x.1, s * x.1 + t * x.0);
+        let one = (1.0, 0.0);
+        let two = z((s, t));
+        let (none, three) = ((0.0, 0.0), z(two));
+        Self {
+            m: Complex::of([one, (s, t), two, three]),
+            m1: Complex::of([none, one, (s, t), two]),
+            m2: Complex::of([none, none, one, (s, t)]),
+            four: Complex::of([z(three); LANES]),
+        }
+    }
+
+    /// The next four orders.
+    #[inline(always)]
+    fn next<const GRADIENT: bool>(&mut self) {
+        let last = self.m;
+        self.m = self.m.times(self.four);
+        let behind = |last: Lanes, now: Lanes| {
+            let ([_, _, c, d], [e, f, g, _]) = (last.to_array(), now.to_array());
+            [Lanes::from([d, e, f, g]), Lanes::from([c, d, e, f])]
+        };
+        let [re, im] = [behind(last.re, self.m.re), behind(last.im, self.m.im)];
+        self.m1 = Complex { re: re[0], im: im[0] };
+        if GRADIENT {
+            self.m2 = Complex { re: re[1], im: im[1] };
+        }
     }
 }
 
 /// W, g, K and those with weights n + 1 and (n + 1)(n + 2).
-#[derive(Default)]
 struct Totals {
     w: f64,
     w1: f64,
@@ -328,39 +366,73 @@ struct Totals {
     k: Mat3,
 }
 
-impl Totals {
-    /// One order: p r_m + q i_m and its derivatives, of which ∂/∂s brings r_m to m r_m-1.
-    #[inline(always)]
-    fn add<const GRADIENT: bool>(&mut self, sums: &Sums, i: usize, m: f64, z: &Powers) {
-        let (f, f1, d) = (pick(&sums.f, i), pick(&sums.f1, i), pick(&sums.d, i));
-        self.w += re(f, z.m);
-        self.w1 += re(f1, z.m);
-        self.g += Vec3::new(m * re(f, z.m1), m * im(f, z.m1), re(d, z.m));
-        if GRADIENT {
-            let (f2, d1, dd) = (pick(&sums.f2, i), pick(&sums.d1, i), pick(&sums.dd, i));
-            self.w2 += re(f2, z.m);
-            self.g1 += Vec3::new(m * re(f1, z.m1), m * im(f1, z.m1), re(d1, z.m));
-            let mm = m * (m - 1.0);
-            let (ss, st) = (mm * re(f, z.m2), mm * im(f, z.m2));
-            let (su, tu) = (m * re(d, z.m1), m * im(d, z.m1));
-            self.k += Mat3::new(ss, st, su, st, -ss, tu, su, tu, re(dd, z.m));
-        }
-    }
+/// The same for each of four orders, to be summed.
+#[derive(Default)]
+struct Lanewise {
+    w: Lanes,
+    w1: Lanes,
+    w2: Lanes,
+    g: [Lanes; 3],
+    g1: [Lanes; 3],
+    /// ∂²/∂s², ∂²/∂s∂t, ∂²/∂s∂u, ∂²/∂t∂u, ∂²/∂u².
+    k: [Lanes; 5],
 }
 
-#[inline(always)]
-fn pick(x: &[Lanes; 2], i: usize) -> (f64, f64) {
-    (x[0].to_array()[i], x[1].to_array()[i])
+impl Lanewise {
+    /// Four orders from `first` on: p r_m + q i_m and its derivatives, of which ∂/∂s brings r_m to m r_m-1.
+    #[inline(always)]
+    fn add<const GRADIENT: bool>(&mut self, sums: &Sums, first: f64, z: &Powers) {
+        let m = Lanes::splat(first) + Lanes::from([0.0, 1.0, 2.0, 3.0]);
+        let m1 = Complex { re: m * z.m1.re, im: m * z.m1.im };
+        let (f, f1, d) = (&sums.f, &sums.f1, &sums.d);
+        self.w += re(f, z.m);
+        self.w1 += re(f1, z.m);
+        for (g, x) in self.g.iter_mut().zip([re(f, m1), im(f, m1), re(d, z.m)]) {
+            *g += x;
+        }
+        if GRADIENT {
+            let (f2, d1, dd) = (&sums.f2, &sums.d1, &sums.dd);
+            self.w2 += re(f2, z.m);
+            for (g, x) in self.g1.iter_mut().zip([re(f1, m1), im(f1, m1), re(d1, z.m)]) {
+                *g += x;
+            }
+            let mm = m * (m - Lanes::ONE);
+            let m2 = Complex { re: mm * z.m2.re, im: mm * z.m2.im };
+            let all = [re(f, m2), im(f, m2), re(d, m1), im(d, m1), re(dd, z.m)];
+            for (k, x) in self.k.iter_mut().zip(all) {
+                *k += x;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn totals<const GRADIENT: bool>(&self) -> Totals {
+        let vec3 = |x: &[Lanes; 3]| Vec3::from(x.map(Lanes::reduce_add));
+        let mut t = Totals {
+            w: self.w.reduce_add(),
+            w1: self.w1.reduce_add(),
+            w2: 0.0,
+            g: vec3(&self.g),
+            g1: Vec3::zeros(),
+            k: Mat3::zeros(),
+        };
+        if GRADIENT {
+            let [ss, st, su, tu, uu] = self.k.map(Lanes::reduce_add);
+            (t.w2, t.g1) = (self.w2.reduce_add(), vec3(&self.g1));
+            t.k = Mat3::new(ss, st, su, st, -ss, tu, su, tu, uu);
+        }
+        t
+    }
 }
 
 /// p r + q i.
 #[inline(always)]
-fn re(x: (f64, f64), z: (f64, f64)) -> f64 {
-    x.0 * z.0 + x.1 * z.1
+fn re(x: &[Lanes; 2], z: Complex) -> Lanes {
+    x[0].mul_add(z.re, x[1] * z.im)
 }
 
 /// q r − p i.
 #[inline(always)]
-fn im(x: (f64, f64), z: (f64, f64)) -> f64 {
-    x.1 * z.0 - x.0 * z.1
+fn im(x: &[Lanes; 2], z: Complex) -> Lanes {
+    x[1].mul_add(z.re, -(x[0] * z.im))
 }
