@@ -1,4 +1,4 @@
-//! Spacecraft beside Basilisk, wired its usual way, in the same run: J2 orbit with attitude, three reaction wheels
+//! Spacecraft beside Basilisk, wired its usual way, in the same run: J2 orbit with attitude, fields of degree 20 and 70 that turn, three reaction wheels
 //! with control, a hub with a chain of sixteen hinged plates; all by Runge–Kutta 4, without logs. A campaign of the
 //! wheels. A thousand craft in one simulation. An entry: how far rows of 1 s are from the converged path. Peers:
 //! `tests/benches/peers/install.sh --basilisk`; one command for all benches: tests/benches/run.
@@ -23,6 +23,21 @@ fn orbit() -> String {
         "Simulation(until: \"10 h\", step: \"10 s\", integrator: \"rk4\", bodies: {{ {CRAFT} }}, gravity: \"Field\",
         parts: {{ \"Field\": (model: \"environment.zonal_gravity\",
             params: {{ \"mu\": 3.986004415e14, \"radius\": 6378136.6, \"j2\": 1.08262668e-3 }}) }})"
+    )
+}
+
+/// The file of the field GGM03S among the reference data, which `LINKWORK_FIELD` tells the peer.
+fn field_file() -> Option<String> {
+    let file = linkwork_tests::root().join("../shared/reference/gravity/basilisk_GGM03S.txt");
+    Some(file.canonicalize().ok()?.to_str()?.to_string())
+}
+
+/// The craft in a field of this degree and order that turns with the Earth.
+fn field(file: &str, degree: usize) -> String {
+    format!(
+        "Simulation(until: \"10 h\", step: \"10 s\", integrator: \"rk4\", bodies: {{ {CRAFT} }}, gravity: \"Field\",
+        parts: {{ \"Field\": (model: \"environment.spherical_harmonics\",
+            params: {{ \"file\": {file:?}, \"format\": basilisk, \"degree\": {degree}, \"planet\": (turns: fixed) }}) }})"
     )
 }
 
@@ -191,7 +206,9 @@ fn peer(name: &str) -> Option<String> {
     let python = std::env::var("LINKWORK_BASILISK_PYTHON").ok()?;
     let script = if name == "entry" { "basilisk_entry.py" } else { "basilisk_space.py" };
     let script = linkwork_tests::root().join("tests/benches/peers").join(script);
-    let out = Command::new(python).arg(script).arg(name).output().ok()?;
+    let mut command = Command::new(python);
+    command.arg(script).arg(name).envs(field_file().map(|file| ("LINKWORK_FIELD", file)));
+    let out = command.output().ok()?;
     let text = String::from_utf8_lossy(&out.stdout);
     text.lines().find_map(|l| Some(l.strip_prefix(name)?.split_whitespace().next()?.to_string()))
 }
@@ -374,12 +391,19 @@ fn constellation() {
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let wanted = |name: &str| asked.is_empty() || asked.iter().any(|a| a == name);
-    for (name, text, steps, target) in [
+    let file = field_file();
+    let fields = file.as_deref().map_or(Vec::new(), |file| {
+        vec![("field20", field(file, 20), 5000, 2.0), ("field70", field(file, 70), 2000, 8.0)]
+    });
+    if file.is_none() {
+        println!("field20, field70: the reference data are not beside the project");
+    }
+    for (name, text, steps, target) in fields.into_iter().chain([
         ("orbit", orbit(), 20_000, 1.0),
         ("wheels", wheels(), 20_000, 2.5),
         ("chain", chain(), 5000, 8.0),
         ("panels", panels(), 5000, 4.0),
-    ] {
+    ]) {
         if !wanted(name) {
             continue;
         }

@@ -3,6 +3,7 @@
 Runge-Kutta 4, its default. Prints `name microseconds` and the state that shows that the scene is the same.
 """
 
+import os
 import sys
 import tempfile
 import time
@@ -13,6 +14,7 @@ from Basilisk.fswAlgorithms import attTrackingError, inertial3D, mrpFeedback, rw
 from Basilisk.simulation import (
     hingedRigidBodyStateEffector,
     nHingedRigidBodyStateEffector,
+    planetEphemeris,
     reactionWheelStateEffector,
     simpleNav,
     spacecraft,
@@ -69,6 +71,38 @@ def orbit(steps: int) -> None:
         earth.useSphericalHarmonicsGravityModel(file.name, 2)
     craft.gravField.gravBodies = spacecraft.GravBodyVector([earth])
     measure("orbit", sim, craft, 10.0, steps)
+
+
+def field(degree: int, steps: int) -> None:
+    """A rigid body in the field GGM03S of the Earth, cut at a degree and order, which turns; the file is in the environment."""
+    sim, craft = simulation(10.0)
+    factory = simIncludeGravBody.gravBodyFactory()
+    earth = factory.createEarth()
+    earth.isCentralBody = True
+    earth.useSphericalHarmonicsGravityModel(os.environ["LINKWORK_FIELD"], degree)
+    turning = planetEphemeris.PlanetEphemeris()
+    turning.setPlanetNames(planetEphemeris.StringVector(["earth"]))
+    place = planetEphemeris.ClassicElements()
+    place.a, place.e, place.i, place.Omega, place.omega, place.f = 1.496e11, 0.0167, 0.0, 0.0, 0.0, 0.0
+    turning.planetElements = planetEphemeris.classicElementVector([place])
+    turning.rightAscension = planetEphemeris.DoubleVector([0.0])
+    turning.declination = planetEphemeris.DoubleVector([np.pi / 2.0])
+    turning.lst0 = planetEphemeris.DoubleVector([0.0])
+    turning.rotRate = planetEphemeris.DoubleVector([7.292115e-5])
+    sim.AddModelToTask("task", turning, 20)
+    earth.planetBodyInMsg.subscribeTo(turning.planetOutMsgs[0])
+    craft.gravField.gravBodies = spacecraft.GravBodyVector([earth])
+    measure(f"field{degree}", sim, craft, 10.0, steps)
+
+
+def field20(steps: int) -> None:
+    """Degree and order 20."""
+    field(20, steps)
+
+
+def field70(steps: int) -> None:
+    """Degree and order 70."""
+    field(70, steps)
 
 
 WHEELS_STEP = 0.1
@@ -209,6 +243,7 @@ def panels(steps: int) -> None:
 
 
 if __name__ == "__main__":
-    for scene, steps in ((orbit, 20000), (wheels, 20000), (chain, 5000), (panels, 5000), (campaign, 0)):
+    scenes = ((orbit, 20000), (field20, 5000), (field70, 2000), (wheels, 20000), (chain, 5000), (panels, 5000), (campaign, 0))
+    for scene, steps in scenes:
         if len(sys.argv) < 2 or scene.__name__ in sys.argv[1:]:
             scene(steps)
