@@ -83,6 +83,46 @@ fn reference_files_are_read() {
     }
 }
 
+/// Every coefficient of every file, read a second time by columns: degree, order, C̄, S̄.
+#[test]
+fn every_coefficient_is_where_it_belongs() {
+    let gmat = |line: &str| {
+        let rest = line.strip_prefix("RECOEF")?;
+        let number = |a: usize, b: usize| {
+            rest.get(a..b.min(rest.len())).map_or(Ok(0.0), |x| match x.trim() {
+                "" => Ok(0.0),
+                x => x.parse::<f64>(),
+            })
+        };
+        Some([number(0, 5), number(5, 8), number(8, 32), number(32, 53)].map(Result::unwrap))
+    };
+    let basilisk = |line: &str| {
+        let words: Vec<f64> = line.split(',').map(|w| w.trim().parse().unwrap()).collect();
+        (words.len() == 6).then(|| [words[0], words[1], words[2], words[3]])
+    };
+    type Columns<'a> = &'a dyn Fn(&str) -> Option<[f64; 4]>;
+    let cases: [(Format, &str, usize, Columns<'_>); 5] = [
+        (Format::Basilisk, "basilisk_GGM03S.txt", 16_471, &basilisk),
+        (Format::Basilisk, "basilisk_GGM2BData.txt", 3318, &basilisk),
+        (Format::Gmat, "gmat_JGM3.cof", 0, &gmat),
+        (Format::Gmat, "gmat_LP165P.cof", 0, &gmat),
+        (Format::Gmat, "gmat_Mars50c.cof", 0, &gmat),
+    ];
+    for (format, file, rows, columns) in cases {
+        let Some(text) = reference(&format!("gravity/{file}")) else { return };
+        let field = read(format, file, &text, Keep::All).unwrap();
+        let mut count = 0;
+        for [n, m, c, s] in text.lines().filter_map(columns) {
+            let (n, m) = (n as usize, m as usize);
+            assert_eq!(field.get(n, m), (c, s), "{file}: {n}, {m}");
+            count += 1;
+        }
+        let degree = field.degree();
+        assert!(count >= (degree + 1) * (degree + 2) / 2 - 4, "{file}: {count}");
+        assert!(rows == 0 || rows == count, "{file}: {count}");
+    }
+}
+
 /// JGM-3 and GGM03S describe one planet: 20 × 20 they differ by some 2e-6 m/s² at 400 km.
 #[test]
 fn two_files_of_the_earth_agree() {
