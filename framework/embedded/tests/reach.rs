@@ -270,6 +270,53 @@ fn centring_from_one_start_ends_in_a_minimum() {
     assert!(runs >= 180 && listed >= 140, "{listed} of {runs}");
 }
 
+/// Of all that meet the goal the nearest to where the search began: along the one motion that keeps the pose the distance rises both ways.
+#[test]
+fn the_nearest_to_the_start_is_found() {
+    let Some(json) = reference("robodarts/ik_iiwa7.json") else { return };
+    let (model, arm) = arm_of(&json, "iiwa7");
+    let mut robot = Robot::new(&model);
+    let n = model.nq();
+    let (low, high) = (numbers(&json["lower"]), numbers(&json["upper"]));
+    let (mut nearer, mut ways) = (0, 0);
+    for row in json["far"].as_array().unwrap().iter().take(20) {
+        let x = numbers(row);
+        let (goal, start) = (Goal::pose(pose(&x[2 * n..])), x[n..2 * n].to_vec());
+        let cost = |q: &[f64]| -> f64 {
+            (0..n).map(|i| 0.5 * ((q[i] - start[i]) / (high[i] - low[i])).powi(2)).sum()
+        };
+        let mut plain = start.clone();
+        let effort = Effort::default();
+        robot.reach(arm, &goal, Frame::Base, &effort, &mut plain).unwrap();
+        let mut near = start.clone();
+        let prefer = Prefer::near().starts(8);
+        let best = robot.reach_best(arm, &goal, Frame::Base, &prefer, &effort, &mut near).unwrap();
+        assert_eq!(best.outcome, Outcome::Met);
+        assert!((best.cost - cost(&near)).abs() < 1e-12 && within(&json, &near));
+        assert!(best.cost <= cost(&plain) + 1e-12, "{} {}", best.cost, cost(&plain));
+        nearer += usize::from(best.cost < 0.999 * cost(&plain));
+        robot.set_q(&near).unwrap();
+        let mut J = vec![0.0; 6 * n];
+        robot.jacobian(arm, &mut J).unwrap();
+        let J = spatial::nalgebra::DMatrix::from_row_slice(6, n, &J);
+        let eigen = (J.transpose() * &J).symmetric_eigen();
+        let along = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into_owned();
+        for h in [1e-2, -1e-2] {
+            let mut other: Vec<f64> = (0..n).map(|i| near[i] + h * along[i]).collect();
+            if !within(&json, &other) {
+                continue;
+            }
+            let effort = Effort::one_start();
+            robot.reach(arm, &goal, Frame::Base, &effort, &mut other).unwrap();
+            if (3e-3..2e-2).contains(&difference(&other, &near)) {
+                assert!(cost(&other) > best.cost, "{} {}", cost(&other), best.cost);
+                ways += 1;
+            }
+        }
+    }
+    assert!(nearer >= 10 && ways >= 20, "{nearer} {ways}");
+}
+
 #[test]
 fn manipulability_rises_along_the_null_space() {
     let Some(json) = reference("robodarts/ik_iiwa7.json") else { return };

@@ -148,13 +148,15 @@ impl From<Outcome> for LwOutcome {
     }
 }
 
-/// What is liked among configurations that meet a goal, and how hard to look: the least of `centred` / 2 times the sum of ((q - middle) / (upper - lower))^2, less `manipulable` times ln w.
+/// What is liked among configurations that meet a goal, and how hard to look: the least of `centred` / 2 times the sum of ((q - middle) / (upper - lower))^2, and `near` / 2 times that of ((q - given) / (upper - lower))^2, less `manipulable` times ln w.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LwPrefer {
     /// What distance from the middle of the limits counts; not negative.
     pub centred: f64,
-    /// What ln w counts (`lw_robot_manipulability`); not negative, and one of the two above zero.
+    /// What distance from the configuration that the search is given counts; not negative.
+    pub near: f64,
+    /// What ln w counts (`lw_robot_manipulability`); not negative, and one of the three above zero.
     pub manipulable: f64,
     /// What 1 rad counts in w, m; above zero.
     pub length: f64,
@@ -166,8 +168,8 @@ pub struct LwPrefer {
 
 impl From<LwPrefer> for Prefer {
     fn from(p: LwPrefer) -> Self {
-        let LwPrefer { centred, manipulable, length, starts, steps } = p;
-        Self { centred, manipulable, length, starts, steps }
+        let LwPrefer { centred, near, manipulable, length, starts, steps } = p;
+        Self { centred, near, manipulable, length, starts, steps }
     }
 }
 

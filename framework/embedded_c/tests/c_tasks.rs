@@ -174,9 +174,16 @@ fn parts_of_a_pose_and_preferences() {
         let mut ends = Vec::new();
         let effort = LwEffort { tolerances: [1e-9; 2], steps: 100, restarts: 8, kinematics: 9000 };
         let own = Effort { tolerances: [1e-9; 2], steps: 100, restarts: 8, kinematics: 9000 };
-        let likes = LwPrefer { centred: 1.0, manipulable: 0.3, length: 0.5, starts: 3, steps: 60 };
-        let LwPrefer { centred, manipulable, length, starts, steps } = likes;
-        let prefer = Prefer { centred, manipulable, length, starts, steps };
+        let likes = LwPrefer {
+            centred: 1.0,
+            near: 0.2,
+            manipulable: 0.3,
+            length: 0.5,
+            starts: 3,
+            steps: 60,
+        };
+        let LwPrefer { centred, near, manipulable, length, starts, steps } = likes;
+        let prefer = Prefer { centred, near, manipulable, length, starts, steps };
         for (goal, rust, frame) in goals() {
             let (mut q, mut theirs) = (Q, Q);
             quiet(|| lw_robot_reach(two.r, LEFT, &goal, &effort, q.as_mut_ptr(), 13, &mut answer));
@@ -232,7 +239,7 @@ fn parts_of_a_pose_and_preferences() {
             lw_robot_reach_best(two.r, LEFT, &axis, &likes, null(), p, 13, &mut best)
         };
         two.refused(like(LwPrefer { centred: -1.0, ..likes }), LwStatus::OutOfRange, "weights");
-        let none = LwPrefer { centred: 0.0, manipulable: 0.0, ..likes };
+        let none = LwPrefer { centred: 0.0, near: 0.0, manipulable: 0.0, ..likes };
         two.refused(like(none), LwStatus::OutOfRange, "weights");
         two.refused(like(LwPrefer { length: 0.0, ..likes }), LwStatus::OutOfRange, "length");
         let p = q.as_mut_ptr();

@@ -119,13 +119,14 @@ static void tips(Case &c) {
     CHECK(answer.outcome == LW_OUTCOME_MET);
     CHECK(of(answer) == of(c.robot.reach(c.left, made, y)) && same(x, y));
     x = y = c.q;
-    const LwPrefer prefer{1, 0, 1, 2, 400};
+    const LwPrefer prefer{1, 0, 0, 1, 2, 400};
     DO(lw_robot_reach_best(c.r, c.left, &goal, &prefer, nullptr, x.data(), 13, &best));
     CHECK(of(best) == of(c.robot.reach_best(c.left, made, centred(2), y)) && same(x, y));
     goal = {at, {1, 1}, LW_GOAL_POSITION | LW_GOAL_LINE | LW_GOAL_LOOK_AT, {1, 0, 0}, {0, 0, 1}, {0.9, 0.4, 0.2}, 0};
   }
   const LwPrefer far = manipulable(3);
-  CHECK(far.manipulable == 1 && far.centred == 0 && far.length == 1 && far.starts == 3);
+  CHECK(near_given(2).near == 1 && near_given(2).centred == 0 && near_given(2).manipulable == 0 && near_given(2).starts == 2);
+  CHECK(far.manipulable == 1 && far.near == 0 && far.centred == 0 && far.length == 1 && far.starts == 3);
 }
 
 static void together(Case &c) {
@@ -150,7 +151,7 @@ static void together(Case &c) {
   DO(lw_effort_worst_case_steps(&effort, &goals[0].goal, &steps));
   CHECK(steps == worst_case_steps(goals[0].goal, &effort) && steps > 1);
   refused(LW_STATUS_OUT_OF_RANGE, [] { worst_case_steps(LwGoal{{}, {1, 1}, 4096, {}, {}, {}, 0}); });
-  const LwPrefer prefer{1, 0, 1, 2, 50};
+  const LwPrefer prefer{1, 0, 0, 1, 2, 50};
   LwBest best;
   x = y = c.q;
   DO(lw_whole_reach_best(c.r, search.get(), goals.data(), 2, &prefer, nullptr, x.data(), 13, &best));

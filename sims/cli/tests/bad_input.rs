@@ -326,7 +326,10 @@ fn what_grows_without_end_is_refused_or_counted() {
             lab.write(&format!("a{k}.ron"), &format!("Assembly(parts: {{{parts}}})"));
         }
         lab.write(&format!("a{depth}.ron"), "Assembly(bodies: { \"b\": (parent: \"world\", hinge: Free, mass: 1, inertia: [1, 1, 1]) })");
-        lab.write("nested.ron", "Simulation(parts: { \"A\": (assembly: \"a0.ron\") }, until: \"1 s\")");
+        lab.write(
+            "nested.ron",
+            "Simulation(parts: { \"A\": (assembly: \"a0.ron\") }, until: \"1 s\")",
+        );
         let said = lab.linkwork(&["check", "nested.ron"]).code(2);
         assert!(said.err.contains(fact) && said.err.contains("help: "), "{}", said.err);
         assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);

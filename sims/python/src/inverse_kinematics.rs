@@ -50,6 +50,13 @@ pub struct Parts<'a, 'py> {
 }
 
 impl Parts<'_, '_> {
+    /// The goal of a tip that is to be at a place, a pose, or neither; `what` is the place's name.
+    pub fn goal(&self, at: Option<&Bound<'_, PyAny>>, what: &str) -> PyResult<Goal> {
+        let (position, orientation) = at.map_or(Ok((None, None)), |at| place(at, what))?;
+        let (place, pointing) = self.read()?;
+        Ok(Goal { position, orientation, weights: [1.0; 2], place, pointing })
+    }
+
     /// What of a position counts, and where an axis points.
     pub fn read(&self) -> PyResult<(Place, Option<Pointing>)> {
         let direction = |given: &Bound<'_, PyAny>, what: &str| {
@@ -102,10 +109,9 @@ impl Target {
         line: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let what = format!("target of \"{frame}\"");
-        let (position, orientation) = at.map_or(Ok((None, None)), |at| self::place(at, &what))?;
         let weights = [position_weight, orientation_weight];
-        let (place, pointing) = Parts { axis, along, look_at, within, plane, line }.read()?;
-        let goal = Goal { position, orientation, weights, place, pointing };
+        let parts = Parts { axis, along, look_at, within, plane, line };
+        let goal = Goal { weights, ..parts.goal(at, &what)? };
         Ok(Self { frame, relative_to, goal })
     }
     fn __repr__(&self) -> String {

@@ -403,36 +403,42 @@ impl Robot {
     /// Of the configurations (nq,), in rad and m, in which the tip of a chain is where it is to be, within limits, the one that is liked best of those that `starts` searches find: (q, cost). The chain
     /// alone moves, from q (nq,; None: the robot's own) and from other places, the same ones each time; each solution is improved along the null space to a local minimum of
     ///
-    /// cost = centred ½ Σ ((q − middle)/(upper − lower))² − manipulable ln w,
+    /// cost = centred ½ Σ ((q − middle)/(upper − lower))² + near ½ Σ ((q − q₀)/(upper − lower))² − manipulable ln w,
     ///
-    /// with the middle of the limits and w of `manipulability(part, length=length)`. at and in_base: as of `inverse_kinematics`. improve: evaluations of
-    /// the kinematics for each solution, at most. Raises LinkworkError where no start led there, its attribute `q` the configuration that came of the last one, and for weights that are negative or both zero.
+    /// with the middle of the limits, q₀ the q that is given, and w of `manipulability(part, length=length)`. at, in_base, axis, along, look_at, within, plane, line: as of `inverse_kinematics`. improve: evaluations of
+    /// the kinematics for each solution, at most. Raises LinkworkError where no start led there, its attribute `q` the configuration that came of the last one, and for weights that are negative or all zero.
     ///
     /// >>> first = robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
     /// >>> best, cost = robot.inverse_kinematics_best("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3], starts=8)
     /// >>> bool(cost <= 0.5 * ((first / 6) ** 2).sum())     # limits of −3 … 3 rad
     /// True
-    #[pyo3(signature = (part, at, q=None, *, centred=1.0, manipulable=0.0, length=1.0, starts=8, improve=400, in_base=false))]
+    #[pyo3(signature = (part, at=None, q=None, *, centred=1.0, near=0.0, manipulable=0.0, length=1.0, starts=8, improve=400, in_base=false, axis=None, along=None, look_at=None, within=0.0, plane=None, line=None))]
     #[allow(clippy::too_many_arguments)]
     fn inverse_kinematics_best<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
-        at: Given<'_, 'py>,
+        at: Option<Given<'_, 'py>>,
         q: Option<Given<'_, 'py>>,
         centred: f64,
+        near: f64,
         manipulable: f64,
         length: f64,
         starts: usize,
         improve: usize,
         in_base: bool,
+        axis: Option<Given<'_, 'py>>,
+        along: Option<Given<'_, 'py>>,
+        look_at: Option<Given<'_, 'py>>,
+        within: f64,
+        plane: Option<Given<'_, 'py>>,
+        line: Option<Given<'_, 'py>>,
     ) -> PyResult<(Array1<'py>, f64)> {
         let (own, name) = (base(slf), part);
         let part = own.part(name)?;
-        let (position, orientation) = place(at, "at")?;
-        let goal = Goal { position, orientation, ..Goal::NOTHING };
+        let goal = Parts { axis, along, look_at, within, plane, line }.goal(at, "at")?;
         count_of("starts", starts)?;
         count_of("improve", improve)?;
-        let prefer = Prefer { centred, manipulable, length, starts, steps: improve };
+        let prefer = Prefer { centred, near, manipulable, length, starts, steps: improve };
         let mut q = own.q_or_own(q)?;
         let mut robot = lock(&own.robot).clone();
         let search =

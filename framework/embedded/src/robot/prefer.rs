@@ -1,10 +1,11 @@
 //! Of the configurations that meet a goal, the one that is liked best.
 //!
 //! ```text
-//! c = a ½ Σ ((q − middle)/(upper − lower))² − b ln w(q)        a: centred, b: manipulable
+//! c = a ½ Σ ((q − middle)/(upper − lower))² + n ½ Σ ((q − q₀)/(upper − lower))² − b ln w(q)
 //! ```
+//! a: `centred`; n: `near`, q₀ the configuration that the search is given; b: `manipulable`.
 //! Each start that leads to the goal is improved along the null space to a local minimum of c; the least is the answer.
-//! Coordinates without limits are not drawn anywhere.
+//! Coordinates without limits are not drawn to a middle; for `near` their range is 2π or 2π m.
 
 use super::reach::{Effort, Frame, Outcome};
 use super::{ChainMemory, Robot};
@@ -22,6 +23,8 @@ use std::f64::consts::TAU;
 pub struct Prefer {
     /// What distance from the middle of the limits counts; not negative.
     pub centred: f64,
+    /// What distance from the configuration that the search is given counts; not negative.
+    pub near: f64,
     /// What ln w counts; not negative.
     pub manipulable: f64,
     /// What 1 rad counts in w, m.
@@ -36,7 +39,13 @@ impl Prefer {
     /// Near the middle of the limits; 1 start.
     #[must_use]
     pub fn centred() -> Self {
-        Self { centred: 1.0, manipulable: 0.0, length: 1.0, starts: 1, steps: 400 }
+        Self { centred: 1.0, near: 0.0, manipulable: 0.0, length: 1.0, starts: 1, steps: 400 }
+    }
+
+    /// Near the configuration that the search is given; 1 start.
+    #[must_use]
+    pub fn near() -> Self {
+        Self { centred: 0.0, near: 1.0, ..Self::centred() }
     }
 
     /// Far from singular configurations; 1 start.
@@ -72,7 +81,7 @@ impl Robot {
     /// is the nearest of the last of them.
     ///
     /// # Errors
-    /// As [`reach`](Self::reach); [`RobotError::OutOfRange`] for weights that are negative or both zero.
+    /// As [`reach`](Self::reach); [`RobotError::OutOfRange`] for weights that are negative or all zero.
     pub fn reach_best(
         &mut self,
         part: Part,
@@ -102,7 +111,9 @@ impl Robot {
                 Progress::Met(found) => {
                     best.kinematics += found.kinematics;
                     let left = effort.kinematics - best.kinematics.min(effort.kinematics);
-                    let (cost, used) = improve(chain, memory, prefer, left.min(prefer.steps));
+                    let given = |at: usize| q[chain.q[at]];
+                    let steps = left.min(prefer.steps);
+                    let (cost, used) = improve(chain, memory, (prefer, &given), steps);
                     best.kinematics += used;
                     best.solutions += 1;
                     if cost < best.cost || best.solutions == 1 {
@@ -131,8 +142,9 @@ impl Robot {
 /// Weights that can be.
 pub(super) fn check_prefer(prefer: &Prefer) -> Result<(), RobotError> {
     let bad = |x: f64| !(x >= 0.0 && x.is_finite());
-    for (what, value) in [("centred", prefer.centred), ("manipulable", prefer.manipulable)] {
-        if bad(value) || prefer.centred + prefer.manipulable == 0.0 {
+    let Prefer { centred, near, manipulable, .. } = *prefer;
+    for (what, value) in [("centred", centred), ("near", near), ("manipulable", manipulable)] {
+        if bad(value) || centred + near + manipulable == 0.0 {
             let help = "weights are not negative, and one of them is above zero";
             return Err(RobotError::OutOfRange { what, value, help });
         }
@@ -155,23 +167,30 @@ fn range(limits: &Option<(usize, Limits)>) -> Option<(usize, f64, f64)> {
 pub(super) fn scales(limits: &[Option<(usize, Limits)>], prefer: &Prefer, scale: &mut [f64]) {
     for (d, l) in scale.iter_mut().zip(limits) {
         let wide = range(l).map_or(TAU, |r| r.2);
-        *d = (prefer.centred + prefer.manipulable) / (wide * wide);
+        *d = (prefer.centred + prefer.near + prefer.manipulable) / (wide * wide);
     }
 }
 
-/// c of the distance from the middle of the limits; adds its gradient.
-pub(super) fn centring(
+/// c of the distances from the middle of the limits and from what was given, by its places in q; adds its gradient.
+pub(super) fn distances(
     limits: &[Option<(usize, Limits)>],
-    prefer: &Prefer,
+    (prefer, given): (&Prefer, &dyn Fn(usize) -> f64),
     q: &[f64],
     gradient: &mut [f64],
 ) -> f64 {
     let mut cost = 0.0;
     for (g, l) in gradient.iter_mut().zip(limits) {
-        if let Some((at, middle, wide)) = range(l) {
-            let x = (q[at] - middle) / wide;
-            cost += 0.5 * prefer.centred * x * x;
-            *g += prefer.centred * x / wide;
+        let mut drawn = |weight: f64, at: usize, to: f64, wide: f64| {
+            let x = (q[at] - to) / wide;
+            cost += 0.5 * weight * x * x;
+            *g += weight * x / wide;
+        };
+        let limited = range(l);
+        if let Some((at, middle, wide)) = limited {
+            drawn(prefer.centred, at, middle, wide);
+        }
+        if let Some((at, _)) = l.filter(|_| prefer.near > 0.0) {
+            drawn(prefer.near, at, given(at), limited.map_or(TAU, |r| r.2));
         }
     }
     cost
@@ -194,7 +213,12 @@ pub(super) fn agility(
 }
 
 /// Improves `memory.q`; c, and evaluations.
-fn improve(chain: &Chain, memory: &mut ChainMemory, prefer: &Prefer, steps: usize) -> (f64, usize) {
+fn improve(
+    chain: &Chain,
+    memory: &mut ChainMemory,
+    (prefer, given): (&Prefer, &dyn Fn(usize) -> f64),
+    steps: usize,
+) -> (f64, usize) {
     let ChainMemory { ik, ws, J, q, scale, .. } = memory;
     // Positions do not count: the chain stands on its base.
     ws.set_base(&Pose::identity(), &Motion::zero(), &Motion::zero());
@@ -205,7 +229,7 @@ fn improve(chain: &Chain, memory: &mut ChainMemory, prefer: &Prefer, steps: usiz
         if prefer.manipulable > 0.0 {
             cost += agility(chain, (&mut *ws, &mut *J), prefer, q, gradient);
         }
-        cost + centring(&chain.limits, prefer, q, gradient)
+        cost + distances(&chain.limits, (prefer, given), q, gradient)
     };
     let improved = ik.improve(&chain.tree, &mut objective, scale, steps, q);
     (improved.cost, improved.kinematics)

@@ -5,7 +5,7 @@
 //! where not all can be met, the nearest configuration is the nearest of those in which everything is closed.
 
 use super::kinematics::gather;
-use super::prefer::{agility, centring, check_prefer, scales};
+use super::prefer::{agility, check_prefer, distances, scales};
 use super::reach::{Answer, Effort, Frame, Outcome, check};
 use super::{Best, Hold, Prefer, Robot, numbers};
 use crate::error::{Closure, RobotError};
@@ -291,11 +291,11 @@ impl WholeReach {
     }
 
     /// As [`reach`](Self::reach), from several starts, each improved among the configurations that meet all goals with everything closed: near the middle
-    /// of the limits of what may move, and far from singular configurations of the goals' chains. `effort.restarts` does not count; `effort.kinematics`
+    /// of the limits of what may move, near the q that is given, and far from singular configurations of the goals' chains. `effort.restarts` does not count; `effort.kinematics`
     /// bounds all evaluations together. When no start leads there, `q` is the nearest of the last of them.
     ///
     /// # Errors
-    /// As [`reach`](Self::reach), of the last start; [`RobotError::OutOfRange`] for weights that are negative or both zero.
+    /// As [`reach`](Self::reach), of the last start; [`RobotError::OutOfRange`] for weights that are negative or all zero.
     pub fn best(
         &mut self,
         robot: &mut Robot,
@@ -324,7 +324,7 @@ impl WholeReach {
                     best.kinematics += found.kinematics;
                     let left = effort.kinematics - best.kinematics.min(effort.kinematics);
                     let (cost, used) =
-                        self.improve(robot, goals, prefer, left.min(prefer.steps))?;
+                        self.improve(robot, goals, (prefer, q), left.min(prefer.steps))?;
                     best.kinematics += used;
                     best.solutions += 1;
                     if cost < best.cost || best.solutions == 1 {
@@ -358,7 +358,7 @@ impl WholeReach {
         &mut self,
         robot: &mut Robot,
         goals: &[TipGoal],
-        prefer: &Prefer,
+        (prefer, given): (&Prefer, &[f64]),
         steps: usize,
     ) -> Result<(f64, usize), RobotError> {
         let model = &self.model;
@@ -387,7 +387,7 @@ impl WholeReach {
                     gradient[*dof] += x;
                 }
             }
-            cost + centring(&model.limits, prefer, q, gradient)
+            cost + distances(&model.limits, (prefer, &|at| given[at]), q, gradient)
         };
         let (tree, scale) = (&model.tree, &self.scale);
         let improved = self.ik.improve(tree, &mut objective, scale, steps, &mut self.q);

@@ -429,11 +429,13 @@ typedef struct LwAnswer {
   enum LwOutcome outcome;
 } LwAnswer;
 
-// What is liked among configurations that meet a goal, and how hard to look: the least of `centred` / 2 times the sum of ((q - middle) / (upper - lower))^2, less `manipulable` times ln w.
+// What is liked among configurations that meet a goal, and how hard to look: the least of `centred` / 2 times the sum of ((q - middle) / (upper - lower))^2, and `near` / 2 times that of ((q - given) / (upper - lower))^2, less `manipulable` times ln w.
 typedef struct LwPrefer {
   // What distance from the middle of the limits counts; not negative.
   double centred;
-  // What ln w counts (`lw_robot_manipulability`); not negative, and one of the two above zero.
+  // What distance from the configuration that the search is given counts; not negative.
+  double near;
+  // What ln w counts (`lw_robot_manipulability`); not negative, and one of the three above zero.
   double manipulable;
   // What 1 rad counts in w, m; above zero.
   double length;

@@ -162,9 +162,11 @@ inline LwGoal axis_at(LwGoal goal, std::array<double, 3> axis, std::array<double
 }
 
 // Near the middle of the limits, from so many starts.
-inline LwPrefer centred(std::size_t starts = 1) { return {1, 0, 1, starts, 400}; }
+inline LwPrefer centred(std::size_t starts = 1) { return {1, 0, 0, 1, starts, 400}; }
+// Near the configuration that the search is given, from so many starts.
+inline LwPrefer near_given(std::size_t starts = 1) { return {0, 1, 0, 1, starts, 400}; }
 // Far from singular configurations, from so many starts.
-inline LwPrefer manipulable(std::size_t starts = 1) { return {0, 1, 1, starts, 400}; }
+inline LwPrefer manipulable(std::size_t starts = 1) { return {0, 0, 1, 1, starts, 400}; }
 
 // Wishes: what is asked of rates or accelerations. Their weight is 1.
 inline LwWish tip_wish(std::uint32_t level, std::uint32_t part, std::array<double, 6> motion,

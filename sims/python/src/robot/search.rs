@@ -3,7 +3,7 @@ use super::{Given, Robot, above_zero, base, frame};
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use crate::inverse_kinematics::{PORTION, Parts, place};
+use crate::inverse_kinematics::{PORTION, Parts};
 use linkwork_embedded::{
     self as embedded, Answer, Effort, Goal, Outcome, Part, Residual, RobotError, WholeReach,
 };
@@ -283,9 +283,7 @@ impl Asked<'_, '_> {
     ) -> PyResult<(Now, Option<InverseKinematicsSearch>)> {
         let (own, name) = (base(slf), tip(self.part));
         let part = own.part(self.part)?;
-        let (position, orientation) = self.at.map_or(Ok((None, None)), |at| place(at, "at"))?;
-        let (place, pointing) = self.parts.read()?;
-        let goal = Goal { position, orientation, weights: [1.0; 2], place, pointing };
+        let goal = self.parts.goal(self.at, "at")?;
         let mut q = own.q_or_own(self.q)?;
         let tolerances = [
             above_zero("position_tolerance", self.tolerances[0])?,

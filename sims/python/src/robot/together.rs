@@ -166,19 +166,20 @@ impl Robot {
 
     /// Of the configurations (nq,) that `inverse_kinematics_together` may find, the one that is liked best of those that `starts` searches find: (q, cost), with the cost of `inverse_kinematics_best` over all that moves, and w of each part that has
     /// a target. Targets, q, in_base, keep: as there, m and rad; improve: evaluations of the kinematics for each solution, at most. Raises LinkworkError where no start led there, its attribute `q` the configuration
-    /// that came of the last one, and for weights that are negative or both zero.
+    /// that came of the last one, and for weights that are negative or all zero.
     ///
     /// >>> first = robot.inverse_kinematics("arm", [0.6, 0, 0.2], q=[0.3, 0.3, 0.3])
     /// >>> best, cost = robot.inverse_kinematics_together_best({"arm": [0.6, 0, 0.2]}, q=[0.3, 0.3, 0.3])
     /// >>> bool(cost <= 0.5 * ((first / 6) ** 2).sum())     # limits of −3 … 3 rad
     /// True
-    #[pyo3(signature = (targets, q=None, *, centred=1.0, manipulable=0.0, length=1.0, starts=8, improve=400, in_base=None, keep=None))]
+    #[pyo3(signature = (targets, q=None, *, centred=1.0, near=0.0, manipulable=0.0, length=1.0, starts=8, improve=400, in_base=None, keep=None))]
     #[allow(clippy::too_many_arguments)]
     fn inverse_kinematics_together_best<'py>(
         slf: &Bound<'py, Self>,
         targets: Given<'_, 'py>,
         q: Option<Given<'_, 'py>>,
         centred: f64,
+        near: f64,
         manipulable: f64,
         length: f64,
         starts: usize,
@@ -189,7 +190,7 @@ impl Robot {
         let (own, py) = (base(slf), slf.py());
         super::count_of("starts", starts)?;
         super::count_of("improve", improve)?;
-        let prefer = Prefer { centred, manipulable, length, starts, steps: improve };
+        let prefer = Prefer { centred, near, manipulable, length, starts, steps: improve };
         let Asked { goals, mut search, mut q, .. } = own.ask_together(targets, q, in_base, keep)?;
         let mut robot = lock(&own.robot).clone();
         let found =
