@@ -5,8 +5,10 @@ use crate::air::{Exponential, point_mass};
 use crate::gravity::{around, from_centre, gradient_around};
 use crate::mars_sun::{MarsTime, days_since_j2000};
 use crate::planet::{Planet, PlanetParams};
+use crate::planet_air::SutherlandParams;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
+use linkwork_world::atmosphere::Sutherland;
 use linkwork_world::gravity::point_mass_gradient;
 
 /// One acceleration everywhere.
@@ -118,6 +120,8 @@ pub struct AtmosphereParams {
     /// Ratio of specific heats.
     #[param(default = 1.33, range = 1.0..)]
     pub heat_ratio: f64,
+    /// Viscosity of the gas, for Reynolds numbers; unwritten: not known.
+    pub viscosity: Option<SutherlandParams>,
     /// Rotation of the planet, W: the air turns with it.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub rotation: Vec3,
@@ -127,11 +131,14 @@ pub struct AtmosphereParams {
 }
 
 /// Exponential atmosphere.
-pub struct ExponentialAtmosphere(Exponential);
+pub struct ExponentialAtmosphere {
+    air: Exponential,
+    viscosity: Option<Sutherland>,
+}
 
 impl Atmosphere for ExponentialAtmosphere {
     fn air(&self, _: f64, p: Vec3) -> Air {
-        let a = self.0.at(p);
+        let a = self.air.at(p);
         Air {
             density: a.density,
             pressure: a.pressure,
@@ -140,8 +147,14 @@ impl Atmosphere for ExponentialAtmosphere {
             wind: a.wind,
         }
     }
+    fn viscosity(&self, temperature: f64) -> Option<f64> {
+        self.viscosity.map(|law| law.at(temperature))
+    }
+    fn altitude(&self, _: f64, p: Vec3) -> Option<f64> {
+        Some(self.air.height(p))
+    }
     fn axes(&self) -> Axes {
-        if self.0.planet_radius > 0.0 { Axes::Inertial } else { Axes::Any }
+        if self.air.planet_radius > 0.0 { Axes::Inertial } else { Axes::Any }
     }
 }
 
@@ -150,7 +163,8 @@ impl Atmosphere for ExponentialAtmosphere {
 impl Service for ExponentialAtmosphere {
     type Params = AtmosphereParams;
     fn build(p: AtmosphereParams, _: &Files) -> Result<Self, BuildError> {
-        Ok(ExponentialAtmosphere(Exponential {
+        let viscosity = p.viscosity.as_ref().map(SutherlandParams::law);
+        let air = Exponential {
             planet_radius: p.planet_radius,
             density: p.density,
             scale_height: p.scale_height,
@@ -159,7 +173,8 @@ impl Service for ExponentialAtmosphere {
             heat_ratio: p.heat_ratio,
             rotation: p.rotation,
             wind: p.wind,
-        }))
+        };
+        Ok(ExponentialAtmosphere { air, viscosity })
     }
 }
 

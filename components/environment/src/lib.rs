@@ -66,6 +66,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::service::<planet_air::StandardAtmosphere>(),
         Entry::service::<planet_air::MsisAtmosphere>(),
         Entry::service::<planet_air::MarsAtmosphere>(),
+        Entry::service::<planet_air::TableAtmosphere>(),
         Entry::service::<planet_sun::EphemerisSun>(),
         Entry::service::<fields::MarsSun>(),
         Entry::service::<fields::FixedSun>(),
@@ -79,7 +80,7 @@ mod tests {
     #[test]
     fn names_are_unique_and_documented() {
         let all = Catalogue::new([super::catalogue()]);
-        assert_eq!(all.iter().count(), 16);
+        assert_eq!(all.iter().count(), 17);
         assert!(all.iter().all(|e| !e.description.doc.is_empty()));
     }
 }

@@ -234,6 +234,15 @@ pub trait Atmosphere: Send + Sync {
     fn beyond(&self, _t: f64, _p: Vec3) -> Option<crate::BuildError> {
         None
     }
+    /// Dynamic viscosity (Pa s) of its gas at a temperature (K); none where it does not know its gas.
+    fn viscosity(&self, _temperature: f64) -> Option<f64> {
+        None
+    }
+    /// Height (m) of p (m, W) above the ellipsoid of its planet, not a number where there is none (near the planet's centre); none where
+    /// it does not know its planet, at any p.
+    fn altitude(&self, _t: f64, _p: Vec3) -> Option<f64> {
+        None
+    }
     /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
     /// row before, with numbers that hold.
     fn trouble(&self, _t: f64) -> Option<crate::BuildError> {

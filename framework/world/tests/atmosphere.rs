@@ -178,6 +178,7 @@ fn wrong_tables_are_refused() {
         altitude_unit: 1.0,
         kind: AltitudeKind::Geometric,
         density: "rho",
+        density_unit: 1.0,
         temperature: "T",
         skip: 0,
     };
@@ -443,4 +444,15 @@ fn turbulence_of_mil_f_8785c() {
     }
     assert!(Turbulence::mil_f_8785c(f64::NAN, 1.0, 1.0).is_err());
     assert!(Turbulence::mil_f_8785c(10.0, -1.0, 1.0).unwrap_err().to_string().contains("20 ft"));
+}
+
+/// Table III of the US Standard Atmosphere 1976 at 0 and 11 km, which prints five digits; the handbook's 14.8 µPa s of carbon dioxide at 20 °C.
+#[test]
+fn viscosity_is_that_of_the_tables() {
+    relative(Sutherland::EARTH.at(288.15), 1.7894e-5, 3e-5, "air at 288.15 K");
+    relative(Sutherland::EARTH.at(216.65), 1.4216e-5, 3e-5, "air at 216.65 K");
+    relative(Sutherland::CARBON_DIOXIDE.at(293.15), 14.8e-6, 1e-4, "carbon dioxide at 20 °C");
+    let through = Sutherland::through(14.8e-6, 293.15, 240.0);
+    relative(through.factor, Sutherland::CARBON_DIOXIDE.factor, 1e-4, "b");
+    relative(through.at(293.15), 14.8e-6, 1e-14, "where it was given");
 }

@@ -1,7 +1,7 @@
 //! What all air around planets has in common: the ground that turns under it, the wind over that, factors of a day, and where data end.
 use crate::planet::{DensityLayer, Planet, PlanetParams, WindLayer, fault};
 use linkwork_runtime::prelude::*;
-use linkwork_world::atmosphere::{self as world, Profile};
+use linkwork_world::atmosphere::{self as world, Profile, Sutherland};
 use linkwork_world::planet::Geodetic;
 
 /// What to do where the data of an atmosphere end.
@@ -15,6 +15,27 @@ pub enum Outside {
     Stop,
 }
 
+/// Viscosity of a gas by Sutherland's law, μ = μ₀ (T₀ + S)/(T + S) (T/T₀)^1.5.
+#[derive(Params, Clone, Debug)]
+pub struct SutherlandParams {
+    /// μ₀, at the temperature T₀: 14.8e-6 Pa s for carbon dioxide.
+    #[param(unit = "Pa s", range = 1e-9..)]
+    pub viscosity: f64,
+    /// T₀: 293.15 K for carbon dioxide.
+    #[param(unit = "K", range = 1.0..)]
+    pub temperature: f64,
+    /// S: 240 K for carbon dioxide.
+    #[param(unit = "K", range = 0.0..)]
+    pub constant: f64,
+}
+
+impl SutherlandParams {
+    /// The law.
+    pub fn law(&self) -> Sutherland {
+        Sutherland::through(self.viscosity, self.temperature, self.constant)
+    }
+}
+
 /// What the user wrote of it.
 pub(super) struct Written<'a> {
     pub planet: &'a PlanetParams,
@@ -24,6 +45,47 @@ pub(super) struct Written<'a> {
     pub outside: Option<Outside>,
 }
 
+/// What all parameters of these services say alike.
+macro_rules! written {
+    ($p:ident) => {
+        written!($p, planet: &$p.planet)
+    };
+    ($p:ident, planet: $planet:expr) => {
+        Written {
+            planet: $planet,
+            winds: &$p.winds,
+            wind_table: $p.wind_table.as_deref(),
+            density: &$p.density,
+            outside: $p.outside,
+        }
+    };
+}
+pub(super) use written;
+
+/// What all of these services do alike, each with its air `at` a time and a place.
+macro_rules! around_a_planet {
+    ($($service:ty),*) => {$(
+        impl Atmosphere for $service {
+            fn air(&self, t: f64, p: Vec3) -> Air {
+                self.around.air(t, p, |place| self.at(t, place))
+            }
+            fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
+                self.around.beyond(t, p)
+            }
+            fn viscosity(&self, temperature: f64) -> Option<f64> {
+                self.around.viscosity.map(|law| law.at(temperature))
+            }
+            fn altitude(&self, t: f64, p: Vec3) -> Option<f64> {
+                Some(self.around.altitude(t, p))
+            }
+            fn axes(&self) -> Axes {
+                Axes::of(self.around.planet.site)
+            }
+        }
+    )*};
+}
+pub(super) use around_a_planet;
+
 /// The ground under the air, and the wind over it.
 pub(super) struct Around {
     pub planet: Planet,
@@ -31,13 +93,20 @@ pub(super) struct Around {
     outside: Option<Outside>,
     /// Heights for which there are data, m.
     range: [f64; 2],
+    /// That of its gas, where it is known.
+    pub viscosity: Option<Sutherland>,
     winds: Option<Profile<Vec3>>,
     factors: Option<Profile<f64>>,
 }
 
 impl Around {
     /// With data for heights in `range`, m.
-    pub fn new(w: &Written<'_>, range: [f64; 2], files: &Files) -> Result<Around, BuildError> {
+    pub fn new(
+        w: &Written<'_>,
+        range: [f64; 2],
+        viscosity: Option<Sutherland>,
+        files: &Files,
+    ) -> Result<Around, BuildError> {
         let density = w.density;
         let factors = match density.is_empty() {
             true => None,
@@ -47,7 +116,12 @@ impl Around {
             }
         };
         let (planet, winds) = (w.planet.planet(files)?, winds(w, files)?);
-        Ok(Around { planet, outside: w.outside, range, winds, factors })
+        Ok(Around { planet, outside: w.outside, range, viscosity, winds, factors })
+    }
+
+    /// Height (m) of p (m, W) above the ellipsoid, NaN near the planet's centre.
+    pub fn altitude(&self, t: f64, p: Vec3) -> f64 {
+        self.planet.place(t, p).1.map_or(f64::NAN, |place| place.altitude)
     }
 
     /// What there is to say of a point whose height the data do not reach: nothing where going on is what was asked for.
@@ -62,7 +136,7 @@ impl Around {
 
     #[cold]
     fn told(&self, h: f64) -> BuildError {
-        let [low, high] = self.range.map(|h| h / 1000.0);
+        let [low, high] = self.range.map(|h| h.round() / 1000.0);
         let fact = format!("its data reach from {low} to {high} km, not to {:.3} km", h / 1000.0);
         let goes_on = match self.outside {
             None | Some(Outside::Continue) => "the model goes on beyond its end; ",

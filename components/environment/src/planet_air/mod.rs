@@ -1,4 +1,4 @@
-//! Air that turns with its planet: `environment.us76`, `environment.msis`, `environment.mars_air`.
+//! Air that turns with its planet: `environment.us76`, `environment.msis`, `environment.mars_air`, `environment.table_air`.
 //! ```text
 //! h     geodetic height above the planet's ellipsoid
 //! wind  ω_I × p + R_IP R_PE w(h)        in a site: R_WP R_PE w(h); what drag sees as moving air; w: straight lines between layers, east-north-up
@@ -6,19 +6,24 @@
 //! us76  NOAA-S/T 76-1562; heights are turned into geopotential ones with r₀ = 6356766 m inside
 //! msis  NRLMSISE-00 (Picone et al. 2002); p = k T Σ n, a = √(γ p/ρ)
 //! mars  a Mars-GRAM table (ln ρ and T linear between rows), or several by season and dust (linear in both), or one line each: p = 699 e^(−0.00009 h)
+//! table any table over altitude: ln ρ and T linear between rows, p = ρ R T
+//! μ     b T^1.5/(T + S), Sutherland: of air around the Earth, of carbon dioxide around Mars, of a gas that is written
 //! ```
 //! Nearer to the centre than 43 km (Earth) there is no geodetic height and the numbers are NaN.
 
 mod around;
+mod table;
 
-pub use around::Outside;
+pub use around::{Outside, SutherlandParams};
+pub use table::{Altitudes, Columns, GasParams, TableAirParams, TableAtmosphere, TableLayout};
 
 use crate::mars_sun::MarsTime;
 use crate::planet::{Centre, DensityLayer, PlanetParams, WindLayer, fault};
-use around::{Around, Written, text_of};
+use around::{Around, Written, around_a_planet, written};
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{
-    self as world, Climate, ClimateEntry, Gas, Layout, Magnetic, Msis, SpaceWeather, Table, Us76,
+    self as world, Climate, ClimateEntry, Gas, Layout, Magnetic, Msis, SpaceWeather, Sutherland,
+    Table, Us76,
 };
 use linkwork_world::planet::{Epoch, Geodetic};
 
@@ -30,19 +35,6 @@ const MSIS_TOP: f64 = 2e6;
 const US76_RANGE: [f64; 2] = [-5e3, 1e6];
 /// Heights for which the simple model of Mars is of use, m: the lowest ground, and where it leaves what was measured.
 const SIMPLE_RANGE: [f64; 2] = [-8.5e3, 3e4];
-
-/// What all parameters of these services say alike.
-macro_rules! written {
-    ($p:ident) => {
-        Written {
-            planet: &$p.planet,
-            winds: &$p.winds,
-            wind_table: $p.wind_table.as_deref(),
-            density: &$p.density,
-            outside: $p.outside,
-        }
-    };
-}
 
 /// The standard atmosphere around a planet.
 #[derive(Params, Clone, Debug)]
@@ -71,15 +63,9 @@ pub struct StandardAtmosphere {
     model: Us76,
 }
 
-impl Atmosphere for StandardAtmosphere {
-    fn air(&self, t: f64, p: Vec3) -> Air {
-        self.around.air(t, p, |place| self.model.at(place.altitude))
-    }
-    fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
-        self.around.beyond(t, p)
-    }
-    fn axes(&self) -> Axes {
-        Axes::of(self.around.planet.site)
+impl StandardAtmosphere {
+    fn at(&self, _: f64, place: &Geodetic) -> world::Air {
+        self.model.at(place.altitude)
     }
 }
 
@@ -88,10 +74,8 @@ impl Atmosphere for StandardAtmosphere {
 impl Service for StandardAtmosphere {
     type Params = Us76Params;
     fn build(p: Us76Params, files: &Files) -> Result<Self, BuildError> {
-        Ok(StandardAtmosphere {
-            around: Around::new(&written!(p), US76_RANGE, files)?,
-            model: Us76::new(),
-        })
+        let around = Around::new(&written!(p), US76_RANGE, Some(Sutherland::EARTH), files)?;
+        Ok(StandardAtmosphere { around, model: Us76::new() })
     }
 }
 
@@ -153,18 +137,6 @@ impl MsisAtmosphere {
     }
 }
 
-impl Atmosphere for MsisAtmosphere {
-    fn air(&self, t: f64, p: Vec3) -> Air {
-        self.around.air(t, p, |place| self.at(t, place))
-    }
-    fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
-        self.around.beyond(t, p)
-    }
-    fn axes(&self) -> Axes {
-        Axes::of(self.around.planet.site)
-    }
-}
-
 /// NRLMSISE-00 of the Earth by date, place, hour and the Sun's mood, 0 to 2000 km; 5 µs a look.
 #[service("environment.msis", Atmosphere)]
 impl Service for MsisAtmosphere {
@@ -181,7 +153,8 @@ impl Service for MsisAtmosphere {
             f107_mean: p.f107_mean.unwrap_or(p.f107),
             magnetic: Magnetic::Daily(p.ap),
         };
-        let around = Around::new(&written!(p), [0.0, MSIS_TOP], files)?;
+        let viscosity = Some(Sutherland::EARTH);
+        let around = Around::new(&written!(p), [0.0, MSIS_TOP], viscosity, files)?;
         Ok(MsisAtmosphere { around, model: Msis::new(), epoch, weather })
     }
 }
@@ -238,18 +211,12 @@ pub struct MarsAtmosphere {
     table: Option<Table>,
 }
 
-impl Atmosphere for MarsAtmosphere {
-    fn air(&self, t: f64, p: Vec3) -> Air {
-        self.around.air(t, p, |place| match &self.table {
+impl MarsAtmosphere {
+    fn at(&self, _: f64, place: &Geodetic) -> world::Air {
+        match &self.table {
             Some(table) => table.at(place.altitude),
             None => world::mars_simple(place.altitude),
-        })
-    }
-    fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
-        self.around.beyond(t, p)
-    }
-    fn axes(&self) -> Axes {
-        Axes::of(self.around.planet.site)
+        }
     }
 }
 
@@ -260,9 +227,7 @@ impl Service for MarsAtmosphere {
     type Params = MarsAirParams;
     fn build(p: MarsAirParams, files: &Files) -> Result<Self, BuildError> {
         let read = |name: &str, param: &'static str| {
-            let text = text_of(name, param, files)?;
-            Table::read(name, &text, &Layout::MARS_GRAM, world::Outside::Continue, Gas::MARS)
-                .map_err(|e| fault(&e, param))
+            table::table(name, param, &Layout::MARS_GRAM, Gas::MARS, files)
         };
         let table = match (&p.table, p.climate.is_empty()) {
             (Some(_), false) => {
@@ -307,11 +272,16 @@ impl Service for MarsAtmosphere {
                 Some(air.map_err(|e| fault(&e, "dust"))?)
             }
         };
-        let range = table.as_ref().map_or(SIMPLE_RANGE, |table| table.range().into());
-        let around = Around::new(&written!(p), range, files)?;
+        let range = table.as_ref().map_or(SIMPLE_RANGE, |table| table.heights().into());
+        let viscosity = Some(Sutherland::CARBON_DIOXIDE);
+        let around = Around::new(&written!(p), range, viscosity, files)?;
         Ok(MarsAtmosphere { around, table })
     }
 }
 
+around_a_planet!(StandardAtmosphere, MsisAtmosphere, MarsAtmosphere, TableAtmosphere);
+
+#[cfg(test)]
+mod table_tests;
 #[cfg(test)]
 mod tests;

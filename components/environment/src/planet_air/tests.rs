@@ -63,7 +63,7 @@ fn msis_knows_day_and_night_and_ends_above() {
     assert!(e.message.contains("needs an epoch"), "{}", e.message);
 }
 
-fn bare(planet: PlanetParams) -> MarsAirParams {
+pub(super) fn bare(planet: PlanetParams) -> MarsAirParams {
     MarsAirParams {
         table: None,
         climate: vec![],

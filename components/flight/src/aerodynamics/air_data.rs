@@ -2,6 +2,7 @@
 //! ```text
 //! v_B = R_WBᵀ (v − wind) = (u, v, w)      V = |v_B|      q = ½ ρ V²      M = V/a
 //! α = atan2(w, u)      β = asin(v/V)      α_t = acos(u/V)      all zero at rest
+//! Re = ρ V l/μ
 //! ω_B = R_WBᵀ (ω − ω_air)                 ω_air: how the air turns with its planet; zero: inertial rates
 //! ```
 
@@ -28,6 +29,8 @@ pub struct AirData {
     pub pressure: f64,
     /// Density, kg/m³.
     pub density: f64,
+    /// Temperature of the air, K.
+    pub temperature: f64,
 }
 
 impl AirData {
@@ -64,7 +67,13 @@ impl AirData {
             mach: speed / air.speed_of_sound.max(1e-9),
             pressure: 0.5 * air.density * speed * speed,
             density: air.density,
+            temperature: air.temperature,
         }
+    }
+
+    /// ρ V/μ, 1/m: the Reynolds number for a length of 1 m, at the dynamic viscosity μ (Pa s).
+    pub fn unit_reynolds(&self, viscosity: f64) -> f64 {
+        self.density * self.speed / viscosity
     }
 
     /// Heat flux at the stagnation point of a nose of `radius` m by Sutton and Graves, W/m²: k √(ρ/r_n) V³.

@@ -1,8 +1,11 @@
 //! `flight.dave_aerodynamics`: the aerodynamic model of a DAVE-ML file, as NASA and others publish them.
 //! ```text
 //! inputs   standard names of AIAA S-119: trueAirspeed, angleOfAttack, angleOfSideslip, mach (machNumber),
-//!          dynamicPressure, airDensity, totalAngleOfAttack, bodyAngularRate_Roll, _Pitch, _Yaw;
-//!          other inputs of the file are named in `controls` and come through the port of that name
+//!          dynamicPressure, airDensity, totalAngleOfAttack, bodyAngularRate_Roll, _Pitch, _Yaw,
+//!          altitudeMSL (geodeticAltitude), reynoldsNumber; other inputs of the file are named in `controls` and come
+//!          through the port of that name, which goes before the flow
+//! Re       ρ V l/μ(T): l is `reynolds_length`, or c̄; ρ V/μ(T) where the file has it in 1/m or 1/ft
+//! altitude above the ellipsoid of the atmosphere's planet
 //! force    body: q S (C_X, C_Y, C_Z)     or from lift and drag: q S (−C_D cos α + C_L sin α, C_Y, −C_D sin α − C_L cos α)
 //! moment   q S (b C_l, c̄ C_m, b C_n) about the node, body axes
 //! S, c̄, b  referenceWingArea, referenceWingChord, referenceWingSpan of the file
@@ -105,6 +108,9 @@ pub struct DaveParams {
     /// How the air turns with its planet, W, for the body rates; zero: inertial rates.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
+    /// Length of the file's Reynolds number; unwritten: its referenceWingChord.
+    #[param(unit = "m", range = 1e-9..)]
+    pub reynolds_length: Option<f64>,
     /// What happens where the tables end: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
@@ -165,7 +171,7 @@ pub struct Seen {
 }
 
 /// What of the flow goes into the file.
-const FLOW: [(&[&str], &str); 10] = [
+const FLOW: [(&[&str], &str); 12] = [
     (&["trueAirspeed"], "m/s"),
     (&["angleOfAttack"], "rad"),
     (&["angleOfSideslip"], "rad"),
@@ -176,7 +182,15 @@ const FLOW: [(&[&str], &str); 10] = [
     (&["bodyAngularRate_Pitch"], "rad/s"),
     (&["bodyAngularRate_Yaw"], "rad/s"),
     (&["totalAngleOfAttack"], "rad"),
+    (&["altitudeMSL", "altitudeMsl", "geodeticAltitude"], "m"),
+    (&["reynoldsNumber"], "1"),
 ];
+/// Places of the last two: what not every atmosphere knows.
+const ALTITUDE: usize = 10;
+const REYNOLDS: usize = 11;
+
+/// The length of pitching moments.
+const CHORD: &str = "referenceWingChord";
 
 /// Coefficients and lengths that come out.
 const RESULTS: [(&str, &str); 11] = [
@@ -189,7 +203,7 @@ const RESULTS: [(&str, &str); 11] = [
     ("aeroBodyMomentCoefficient_Pitch", "1"),
     ("aeroBodyMomentCoefficient_Yaw", "1"),
     ("referenceWingArea", "m^2"),
-    ("referenceWingChord", "m"),
+    (CHORD, "m"),
     ("referenceWingSpan", "m"),
 ];
 
@@ -200,6 +214,8 @@ type Place = Option<(usize, f64)>;
 pub struct DaveAerodynamics {
     p: DaveParams,
     flow: [Place; FLOW.len()],
+    /// Length of the Reynolds number, m.
+    length: f64,
     controls: Vec<(usize, f64)>,
     results: [Place; RESULTS.len()],
     /// Force from lift and drag.
@@ -233,7 +249,17 @@ impl DaveAerodynamics {
     }
 
     fn inside(&self, t: f64, u: &DaveIn) -> f64 {
-        self.evaluate(&self.air(t, u), &u.controls).1
+        self.evaluate(t, &self.air(t, u), u).1
+    }
+
+    /// Height above the ellipsoid, m, and the Reynolds number as the file has it, in SI; 0 where the file asks for none.
+    fn height_and_reynolds(&self, t: f64, a: &AirData, position: Vec3) -> [f64; 2] {
+        let air = &self.p.atmosphere;
+        let nan = f64::NAN;
+        let height = |_| air.altitude(t, position).unwrap_or(nan);
+        let reynolds =
+            |_| self.length * a.unit_reynolds(air.viscosity(a.temperature).unwrap_or(nan));
+        [self.flow[ALTITUDE].map_or(0.0, height), self.flow[REYNOLDS].map_or(0.0, reynolds)]
     }
 
     /// Where a flow is that is beyond the tables of the file.
@@ -243,10 +269,11 @@ impl DaveAerodynamics {
         format!("those of {name}, at Mach {:.4}, α {alpha:.2} deg, β {beta:.2} deg", a.mach)
     }
 
-    fn evaluate(&self, a: &AirData, controls: &[f64; CONTROLS]) -> ([f64; RESULTS.len()], f64) {
+    fn evaluate(&self, t: f64, a: &AirData, u: &DaveIn) -> ([f64; RESULTS.len()], f64) {
         let mut memory = [0.0; VARIABLES];
         let values = &mut memory[..self.start.len()];
         values.copy_from_slice(&self.start);
+        let [height, reynolds] = self.height_and_reynolds(t, a, u.body.position);
         let flow = [
             a.speed,
             a.alpha,
@@ -258,18 +285,97 @@ impl DaveAerodynamics {
             a.angular.y,
             a.angular.z,
             a.alpha_total,
+            height,
+            reynolds,
         ];
         for (place, value) in self.flow.iter().zip(flow) {
             if let Some((k, factor)) = place {
                 values[*k] = value / factor;
             }
         }
-        for ((k, factor), value) in self.controls.iter().zip(controls) {
+        for ((k, factor), value) in self.controls.iter().zip(&u.controls) {
             values[*k] = value / factor;
         }
         let inside = self.p.model.model.evaluate(values);
         (self.results.map(|r| r.map_or(0.0, |(k, factor)| values[k] * factor)), inside)
     }
+}
+
+/// Inputs that the flow gives, and the length of the Reynolds number (m). What stands in `controls` does not come from the flow.
+fn flow(p: &DaveParams, start: &[f64]) -> Result<([Place; FLOW.len()], f64), BuildError> {
+    let m = &p.model.model;
+    let (mut flow, mut length) = ([None; FLOW.len()], 1.0);
+    for (n, (slot, (names, unit))) in flow.iter_mut().zip(FLOW).enumerate() {
+        let Some(k) = names.iter().find_map(|name| m.named(name)) else { continue };
+        let v = &m.variables[k];
+        if v.role != Role::Input || p.controls.contains(&v.id) {
+            continue;
+        }
+        let unknown = match n {
+            ALTITUDE if p.atmosphere.altitude(0.0, Vec3::zeros()).is_none() => {
+                "around which planet it is"
+            }
+            REYNOLDS if p.atmosphere.viscosity(273.15).is_none() => "the viscosity of its gas",
+            _ => "",
+        };
+        if !unknown.is_empty() {
+            let fact =
+                format!("{} needs {}, and the air does not know {unknown}", p.model.name, v.name);
+            let help = format!(
+                "take an atmosphere that does, such as `environment.us76`, or write controls: [\"{}\"]",
+                v.id
+            );
+            return Err(BuildError::new(fact).help(help).at("atmosphere"));
+        }
+        let factor = match n {
+            REYNOLDS => {
+                let (factor, l) = reynolds(p, k, start)?;
+                length = l;
+                factor
+            }
+            _ => DaveAerodynamics::factor(m, k, unit)?,
+        };
+        *slot = Some((k, factor));
+    }
+    if p.reynolds_length.is_some() && flow[REYNOLDS].is_none() {
+        let fact = format!("{} takes no `reynoldsNumber` of the flow", p.model.name);
+        return Err(BuildError::new(fact).help("leave it out").at("reynolds_length"));
+    }
+    Ok((flow, length))
+}
+
+/// The factor of the Reynolds number `k` to SI, and its length: 1 m for one that the file has per length.
+fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), BuildError> {
+    let m = &p.model.model;
+    let told =
+        |param: &str, fact: String, help: &str| Err(BuildError::new(fact).help(help).at(param));
+    if let Ok(factor) = DaveAerodynamics::factor(m, k, "1/m") {
+        return match p.reynolds_length {
+            None => Ok((factor, 1.0)),
+            Some(_) => {
+                let fact = format!(
+                    "`{}` counts per length, in {}",
+                    m.variables[k].id, m.variables[k].units
+                );
+                told("reynolds_length", fact, "leave it out")
+            }
+        };
+    }
+    let factor = DaveAerodynamics::factor(m, k, "1")?;
+    if let Some(length) = p.reynolds_length {
+        return Ok((factor, length));
+    }
+    let chord = m.named(CHORD).filter(|c| m.variables[*c].role == Role::Constant);
+    let length = match chord {
+        Some(c) => start[c] * DaveAerodynamics::factor(m, c, "m")?,
+        None => 0.0,
+    };
+    if length > 0.0 {
+        return Ok((factor, length));
+    }
+    let fact =
+        format!("{} needs reynoldsNumber, and has no constant `{CHORD}` above 0", p.model.name);
+    told("reynolds_length", fact, "write the length for which its Reynolds number is")
 }
 
 /// The aerodynamic model of a DAVE-ML file: tables and formulas over the flow, the body's rates and controls.
@@ -307,14 +413,7 @@ impl Model for DaveAerodynamics {
                 }
             }
         }
-        let mut flow = [None; FLOW.len()];
-        for (slot, (names, unit)) in flow.iter_mut().zip(FLOW) {
-            if let Some(k) = names.iter().find_map(|n| m.named(n))
-                && m.variables[k].role == Role::Input
-            {
-                *slot = Some((k, Self::factor(&m, k, unit)?));
-            }
-        }
+        let (flow, length) = flow(&p, &start)?;
         let mut controls = Vec::new();
         for id in &p.controls {
             match m.find(id) {
@@ -388,14 +487,14 @@ impl Model for DaveAerodynamics {
             let fact = format!("{} has no `{}`", p.model.name, RESULTS[k].0);
             return wrong("model", fact, "coefficients need it: define it in the file".into());
         }
-        Ok(DaveAerodynamics { p, flow, controls, results, stability, start })
+        Ok(DaveAerodynamics { p, flow, length, controls, results, stability, start })
     }
     fn moore(&self, _: &Clock, _: &(), d: &Left) -> Seen {
         Seen { outside: d.outside }
     }
     fn direct(&self, c: &Clock, _: &(), _: &Left, u: &DaveIn) -> DaveOut {
         let a = self.air(c.t, u);
-        let r = self.evaluate(&a, &u.controls).0;
+        let r = self.evaluate(c.t, &a, u).0;
         let (s, co) = a.alpha.sin_cos();
         let force = if self.stability {
             Vec3::new(-r[4] * co + r[3] * s, r[1], -r[4] * s - r[3] * co)
@@ -444,111 +543,5 @@ impl Model for DaveAerodynamics {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FILE: &str = r#"<DAVEfunc xmlns="http://daveml.org/2010/DAVEML"><fileHeader name="wing"/>
-    <variableDef name="referenceWingArea" varID="S" units="ft2" initialValue="10"/>
-    <variableDef name="referenceWingSpan" varID="b" units="m" initialValue="4"/>
-    <variableDef name="referenceWingChord" varID="c" units="m" initialValue="0.5"/>
-    <variableDef name="angleOfAttack" varID="ALP" units="deg"><isInput/></variableDef>
-    <variableDef name="elevator" varID="EL" units="deg"/>
-    <variableDef name="totalCoefficientOfLift" varID="CL" units="nd"/>
-    <variableDef name="totalCoefficientOfDrag" varID="CD" units="nd" initialValue="0.05"/>
-    <variableDef name="aeroBodyMomentCoefficient_Pitch" varID="CM" units="nd">
-      <calculation><math><apply><times/><cn>-0.01</cn><ci>EL</ci></apply></math></calculation></variableDef>
-    <function name="lift"><independentVarPts varID="ALP">-10, 20</independentVarPts>
-      <dependentVarPts varID="CL">-1, 2</dependentVarPts></function></DAVEfunc>"#;
-
-    struct Still;
-    impl Atmosphere for Still {
-        fn air(&self, _: f64, _: Vec3) -> Air {
-            let wind = Vec3::zeros();
-            Air { density: 1.2, pressure: 1e5, temperature: 280.0, speed_of_sound: 340.0, wind }
-        }
-    }
-
-    fn params(text: &str) -> DaveParams {
-        DaveParams {
-            model: DaveFile::new("wing.dml", text).unwrap(),
-            forces: Forces::Found,
-            set: vec![],
-            controls: vec!["EL".into()],
-            air_rate: Vec3::zeros(),
-            outside: Outside::Stop,
-            atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
-        }
-    }
-
-    fn at(m: &DaveAerodynamics, alpha: f64, elevator: f64) -> DaveOut {
-        let velocity = Vec3::new(alpha.cos(), 0.0, alpha.sin()) * 100.0;
-        let body = NodeState { velocity, ..NodeState::identity() };
-        let mut controls = [0.0; CONTROLS];
-        controls[0] = elevator;
-        let u = DaveIn { body, controls, gust: Vec3::zeros() };
-        m.direct(&Clock::at(0.0, 0.01, 0), &(), &Left { outside: false }, &u, &())
-    }
-
-    #[test]
-    fn units_axes_and_controls_are_those_of_the_file() {
-        let set = vec![Replacement { variable: "CD".into(), value: 0.1 }];
-        let m = DaveAerodynamics::build(DaveParams { set, ..params(FILE) }).unwrap();
-        let alpha = 5f64.to_radians();
-        let y = at(&m, alpha, 2f64.to_radians());
-        // 5° give C_L = 0.5; 10 ft² of reference.
-        let qs = 0.5 * 1.2 * 1e4 * 10.0 * 0.3048 * 0.3048;
-        let (s, c) = alpha.sin_cos();
-        let want = Vec3::new(-0.1 * c + 0.5 * s, 0.0, -0.1 * s - 0.5 * c) * qs;
-        assert!((y.load.force - want).norm() < 1e-9 * qs, "{} {want}", y.load.force);
-        assert!((y.load.moment - Vec3::y() * (-0.02 * 0.5 * qs)).norm() < 1e-9 * qs);
-        // 28.65° are beyond the table: tried there, it holds the end; by what it says the run stops.
-        let (end, beyond) = (at(&m, 20f64.to_radians(), 0.0), at(&m, 0.5, 0.0));
-        assert!((end.force_coefficient.norm() - beyond.force_coefficient.norm()).abs() < 1e-12);
-        let velocity = Vec3::new(0.5f64.cos(), 0.0, 0.5f64.sin()) * 100.0;
-        let body = NodeState { velocity, ..NodeState::identity() };
-        let u = DaveIn { body, controls: [0.0; CONTROLS], gust: Vec3::zeros() };
-        let (c, d) = (Clock::at(0.0, 0.01, 0), Left { outside: false });
-        assert!(m.guards(&c, &(), &d, &(), &u, &()).inside < 0.0);
-        let told = m.tells(&c, 0, &(), &d, &(), &u, &()).unwrap();
-        let words = "leaves the tables, those of wing.dml, at Mach 0.2941, α 28.65 deg, β 0.00 deg";
-        assert!(told.stops && told.message.contains(words), "{}", told.message);
-        assert!(m.remarks(&c, &(), &d, &(), &u, &())[0].stops);
-    }
-
-    #[test]
-    fn files_and_parameters_that_do_not_fit_are_refused() {
-        let build = |p: DaveParams| DaveAerodynamics::build(p).err().unwrap();
-        let lack = |name: &str| params(&FILE.replace(name, "x"));
-        let set = vec![Replacement { variable: "ALP".into(), value: 1.0 }];
-        let both = FILE.replace(
-            "name=\"elevator\" varID=\"EL\" units=\"deg\"",
-            "name=\"aeroBodyForceCoefficient_X\" varID=\"EL\" units=\"nd\"",
-        );
-        for (e, param, phrase) in [
-            (build(DaveParams { controls: vec![], ..params(FILE) }), "controls", "its input EL"),
-            (
-                build(DaveParams { controls: vec!["ELL".into()], ..params(FILE) }),
-                "controls",
-                "no input `ELL`",
-            ),
-            (build(DaveParams { set, ..params(FILE) }), "set", "no constant"),
-            (build(lack("referenceWingArea")), "model", "no `referenceWingArea`"),
-            (build(lack("referenceWingChord")), "model", "no `referenceWingChord`"),
-            (
-                build(params(&FILE.replace("units=\"ft2\"", "units=\"ft\""))),
-                "model",
-                "not in a unit of m^2",
-            ),
-            (build(params(&both)), "forces", "body forces, and lift and drag"),
-        ] {
-            assert!(e.message.contains(phrase) && e.help.is_some(), "{phrase}: {}", e.message);
-            assert_eq!(e.param.as_deref(), Some(param));
-        }
-        // A file that fails its own shots does not load.
-        let shot = "<checkData><staticShot name=\"s\"><checkInputs><signal><varID>EL</varID><signalValue>1\
-                    </signalValue></signal></checkInputs><checkOutputs><signal><varID>CM</varID><signalValue>0.3\
-                    </signalValue></signal></checkOutputs></staticShot></checkData></DAVEfunc>";
-        let e = DaveFile::new("wing.dml", &FILE.replace("</DAVEfunc>", shot)).unwrap_err();
-        assert!(e.contains("fails its own check data") && e.contains("`CM` is -0.01"), "{e}");
-    }
-}
+#[path = "dave_tests.rs"]
+mod tests;

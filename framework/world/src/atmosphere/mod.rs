@@ -1,4 +1,4 @@
-//! Air: density, temperature, pressure and speed of sound over altitude, winds and gusts.
+//! Air: density, temperature, pressure, speed of sound and viscosity over altitude, winds and gusts.
 //!
 //! Altitudes are *geometric*, above the ellipsoid or mean sea level as the model says, in metres; where a
 //! source counts geopotential altitude it is converted and the item says so.
@@ -12,6 +12,7 @@ mod msis;
 mod profile;
 mod table;
 mod us76;
+mod viscosity;
 
 pub use climate::{Climate, ClimateEntry};
 pub use dryden::{Dryden, DrydenState, Turbulence};
@@ -22,3 +23,4 @@ pub use msis::{Magnetic, Msis, MsisAir, SpaceWeather};
 pub use profile::{Profile, wind_from};
 pub use table::{AltitudeKind, Layout, Outside, Table};
 pub use us76::{Us76, geometric_altitude, geopotential_altitude};
+pub use viscosity::Sutherland;

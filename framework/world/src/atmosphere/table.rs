@@ -1,7 +1,7 @@
 //! Air from a table over altitude: ln ρ and T are straight lines between the entries.
 
 use super::gas::{Air, Gas};
-use super::us76::geopotential_altitude;
+use super::us76::{geometric_altitude, geopotential_altitude};
 use crate::error::WorldError;
 
 /// What the first column counts.
@@ -31,8 +31,10 @@ pub struct Layout<'a> {
     pub altitude_unit: f64,
     /// What it counts.
     pub kind: AltitudeKind,
-    /// Heading of the column of density, kg/m³.
+    /// Heading of the column of density.
     pub density: &'a str,
+    /// kg/m³ for a unit of it.
+    pub density_unit: f64,
     /// Heading of the column of temperature, K.
     pub temperature: &'a str,
     /// Lines between the headings and the numbers, such as units.
@@ -46,6 +48,7 @@ impl Layout<'static> {
         altitude_unit: 1000.0,
         kind: AltitudeKind::Geometric,
         density: "DensMean",
+        density_unit: 1.0,
         temperature: "Tmean",
         skip: 0,
     };
@@ -55,6 +58,7 @@ impl Layout<'static> {
         altitude_unit: 1000.0,
         kind: AltitudeKind::Geometric,
         density: "Denkgm3",
+        density_unit: 1.0,
         temperature: "Temp",
         skip: 0,
     };
@@ -64,6 +68,7 @@ impl Layout<'static> {
         altitude_unit: 1.0,
         kind: AltitudeKind::Geopotential,
         density: "Density",
+        density_unit: 1.0,
         temperature: "Temperature",
         skip: 1,
     };
@@ -110,7 +115,10 @@ impl Table {
     ) -> Result<Self, WorldError> {
         let names = [layout.altitude, layout.density, layout.temperature];
         let mut rows = columns(file, text, names, layout.skip)?;
-        rows.iter_mut().for_each(|(_, row)| row[0] *= layout.altitude_unit);
+        for (_, row) in &mut rows {
+            row[0] *= layout.altitude_unit;
+            row[1] *= layout.density_unit;
+        }
         Self::checked(file, rows, layout.kind, outside, gas)
     }
 
@@ -161,6 +169,16 @@ impl Table {
     #[must_use]
     pub fn range(&self) -> (f64, f64) {
         (self.altitude[0], self.altitude[self.altitude.len() - 1])
+    }
+
+    /// Lowest and highest entry as geometric altitudes, m.
+    #[must_use]
+    pub fn heights(&self) -> (f64, f64) {
+        let (low, high) = self.range();
+        match self.kind {
+            AltitudeKind::Geometric => (low, high),
+            AltitudeKind::Geopotential => (geometric_altitude(low), geometric_altitude(high)),
+        }
     }
 
     /// Air at the geometric altitude `h` (m). O(log n).

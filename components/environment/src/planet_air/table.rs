@@ -1,0 +1,246 @@
+//! `environment.table_air`: the air of any planet from the rows of a file over altitude.
+use super::around::{Around, Outside, SutherlandParams, Written, text_of, written};
+use crate::planet::{Centre, DensityLayer, PlanetParams, WindLayer, fault};
+use linkwork_runtime::Unit;
+use linkwork_runtime::prelude::*;
+use linkwork_world::atmosphere::{self as world, AltitudeKind, Gas, Layout, Sutherland, Table};
+use linkwork_world::planet::Geodetic;
+
+/// Gas constant, J/(mol K) (exact).
+const GAS_CONSTANT: f64 = 8.314_462_618_153_24;
+
+/// Which columns of a file are what.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TableLayout {
+    /// Output of Mars-GRAM: HgtMOLA (km), Denkgm3, Temp.
+    MarsGram,
+    /// Output of Earth-GRAM: Hgtkm, DensMean, Tmean.
+    EarthGram,
+    /// `USStandardAtmosphere1976.csv` of Basilisk: Altitude, Density, Temperature, a line of units below; its metres are geopotential.
+    Us76,
+    /// Those that `columns` names.
+    Columns,
+}
+
+/// What a column of altitude counts.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Altitudes {
+    /// Lengths above the ellipsoid.
+    Geometric,
+    /// Geopotential lengths of the US Standard Atmosphere (r₀ = 6356766 m).
+    Geopotential,
+}
+
+/// Columns by their headings.
+#[derive(Params, Clone, Debug)]
+pub struct Columns {
+    /// Heading of the altitude.
+    pub altitude: String,
+    /// Heading of the density.
+    pub density: String,
+    /// Heading of the temperature, which is in K.
+    pub temperature: String,
+    /// Unit of the altitude, such as km or ft.
+    #[param(default = "m".to_string())]
+    pub altitude_unit: String,
+    /// Unit of the density, such as g/cm^3.
+    #[param(default = "kg/m^3".to_string())]
+    pub density_unit: String,
+    /// What the altitude counts: geometric, geopotential (of the Earth).
+    #[param(default = Altitudes::Geometric)]
+    pub counts: Altitudes,
+    /// Lines between the headings and the numbers, such as one of units.
+    #[param(default = 0)]
+    pub skip: usize,
+}
+
+/// A perfect gas.
+#[derive(Params, Clone, Debug)]
+pub struct GasParams {
+    /// Ratio of specific heats.
+    #[param(range = 1.0..)]
+    pub heat_ratio: f64,
+    /// Specific gas constant; instead of `molar_mass`.
+    #[param(unit = "J/(kg K)", range = 1.0..)]
+    pub constant: Option<f64>,
+    /// Molar mass; instead of `constant`.
+    #[param(unit = "kg/mol", range = 1e-3..)]
+    pub molar_mass: Option<f64>,
+    /// Its viscosity, for Reynolds numbers; unwritten: not known.
+    pub viscosity: Option<SutherlandParams>,
+}
+
+impl GasParams {
+    fn gas(&self) -> Result<(Gas, Option<Sutherland>), BuildError> {
+        let constant = match (self.constant, self.molar_mass) {
+            (Some(constant), None) => constant,
+            (None, Some(mass)) => GAS_CONSTANT / mass,
+            (both, _) => {
+                let fact = match both {
+                    None => "neither `constant` nor `molar_mass` is written",
+                    Some(_) => "both `constant` and `molar_mass` are written",
+                };
+                return Err(BuildError::new(fact).help("write one of them").at("gas"));
+            }
+        };
+        let viscosity = self.viscosity.as_ref().map(SutherlandParams::law);
+        Ok((Gas { constant, gamma: self.heat_ratio }, viscosity))
+    }
+}
+
+/// A file and what is not in it.
+#[derive(Params, Clone, Debug)]
+pub struct TableAirParams {
+    /// Text with columns under headings, apart by commas or blanks, in rising or falling order of altitude.
+    pub file: String,
+    /// Which columns are what: mars_gram, earth_gram, us76 (Basilisk's file), columns.
+    pub layout: TableLayout,
+    /// The columns, with `layout: columns`.
+    #[param(default = None)]
+    pub columns: Option<Columns>,
+    /// The gas, for pressure and speed of sound; unwritten: dry air of the Earth (R 287.05 J/(kg K), γ 1.4), with `mars_gram` that of Mars
+    /// (188.92, 1.29), and Sutherland's viscosity of air and of carbon dioxide. `columns` needs it.
+    #[param(default = None)]
+    pub gas: Option<GasParams>,
+    /// Shape and rotation; unwritten: the Earth, with `mars_gram` Mars. `columns` needs it; for a planet that `body` does not know, write `radius`,
+    /// `flattening` and `rate`.
+    #[param(default = None)]
+    pub planet: Option<PlanetParams>,
+    /// Wind over the ground by height, in rising order.
+    #[param(default = Vec::new())]
+    pub winds: Vec<WindLayer>,
+    /// Wind over the ground from a file instead of `winds`, which may be the same: output of Mars-GRAM (columns HgtMOLA, EWind, NWind) or Earth-GRAM (Hgtkm, EWmean, NSmean), or columns
+    /// altitude, east, north (m, m/s), and up where there is one; straight lines between rows, constant beyond the ends.
+    #[param(default = None)]
+    pub wind_table: Option<String>,
+    /// Factors on the table's density by height, in rising order; none: the air of the table.
+    #[param(default = Vec::new())]
+    pub density: Vec<DensityLayer>,
+    /// What happens where the rows end, beyond which density goes on with its last slope and temperature stays: continue, clamp, stop; unwritten: it goes on, and the run tells it once.
+    #[param(default = None)]
+    pub outside: Option<Outside>,
+}
+
+/// Air over altitude, around a planet.
+pub struct TableAtmosphere {
+    pub(super) around: Around,
+    table: Table,
+}
+
+impl TableAtmosphere {
+    pub(super) fn at(&self, _: f64, place: &Geodetic) -> world::Air {
+        self.table.at(place.altitude)
+    }
+}
+
+/// A table from a file; `param` names it. Beyond its ends it goes on.
+pub(super) fn table(
+    file: &str,
+    param: &'static str,
+    layout: &Layout,
+    gas: Gas,
+    files: &Files,
+) -> Result<Table, BuildError> {
+    let text = text_of(file, param, files)?;
+    Table::read(file, &text, layout, world::Outside::Continue, gas).map_err(|e| fault(&e, param))
+}
+
+/// The factor of a unit to SI, which must be of the quantity of `wanted`.
+fn scale(unit: &str, wanted: &str) -> Result<f64, BuildError> {
+    let wrong =
+        |fact: String| BuildError::new(fact).help(format!("write it as {wanted}")).at("columns");
+    let want = Unit::parse(wanted).map_err(|e| wrong(e.to_string()))?;
+    let read = Unit::parse(unit).map_err(|e| wrong(e.to_string()))?;
+    match read.exponents == want.exponents && read.offset == 0.0 {
+        true => Ok(read.scale),
+        false => Err(wrong(format!("`{unit}` is no unit of {wanted}"))),
+    }
+}
+
+impl Columns {
+    fn layout(&self) -> Result<Layout<'_>, BuildError> {
+        Ok(Layout {
+            altitude: &self.altitude,
+            altitude_unit: scale(&self.altitude_unit, "m")?,
+            kind: match self.counts {
+                Altitudes::Geometric => AltitudeKind::Geometric,
+                Altitudes::Geopotential => AltitudeKind::Geopotential,
+            },
+            density: &self.density,
+            density_unit: scale(&self.density_unit, "kg/m^3")?,
+            temperature: &self.temperature,
+            skip: self.skip,
+        })
+    }
+}
+
+impl TableAirParams {
+    fn layout(&self) -> Result<Layout<'_>, BuildError> {
+        let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("columns"));
+        match (self.layout, &self.columns) {
+            (TableLayout::Columns, Some(columns)) => columns.layout(),
+            (TableLayout::Columns, None) => wrong(
+                "`layout: columns`, and no `columns`",
+                "write columns: (altitude: .., density: .., temperature: ..) with the headings of the file",
+            ),
+            (_, Some(_)) => {
+                wrong("`columns` beside a layout that has its own", "write `layout: columns`")
+            }
+            (TableLayout::MarsGram, None) => Ok(Layout::MARS_GRAM),
+            (TableLayout::EarthGram, None) => Ok(Layout::EARTH_GRAM),
+            (TableLayout::Us76, None) => Ok(Layout::BASILISK_US76),
+        }
+    }
+
+    fn gas(&self) -> Result<(Gas, Option<Sutherland>), BuildError> {
+        match (&self.gas, self.layout) {
+            (Some(gas), _) => gas.gas(),
+            (None, TableLayout::MarsGram) => Ok((Gas::MARS, Some(Sutherland::CARBON_DIOXIDE))),
+            (None, TableLayout::EarthGram | TableLayout::Us76) => {
+                Ok((Gas::EARTH, Some(Sutherland::EARTH)))
+            }
+            (None, TableLayout::Columns) => {
+                Err(BuildError::new("of which gas these columns are is not written")
+                    .help("write gas: (heat_ratio: 1.4, molar_mass: \"28.96 g/mol\")")
+                    .at("gas"))
+            }
+        }
+    }
+
+    fn planet(&self, kind: AltitudeKind) -> Result<PlanetParams, BuildError> {
+        let own = match self.layout {
+            TableLayout::MarsGram => Some(Centre::Mars),
+            TableLayout::EarthGram | TableLayout::Us76 => Some(Centre::Earth),
+            TableLayout::Columns => (kind == AltitudeKind::Geopotential).then_some(Centre::Earth),
+        };
+        let wrong = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("planet"));
+        match (&self.planet, own) {
+            (Some(planet), Some(body)) if planet.body != body => wrong(
+                format!("heights of {body:?} around a planet that is {:?}", planet.body),
+                "write its `body` in `planet`, or name the file's columns as geometric heights with `layout: columns`",
+            ),
+            (Some(planet), _) => Ok(planet.clone()),
+            (None, Some(body)) if self.layout != TableLayout::Columns => Ok(PlanetParams::of(body)),
+            (None, _) => wrong(
+                "around which planet these columns are is not written".into(),
+                "write planet: (body: earth), mars or moon, or radius, flattening and rate of another",
+            ),
+        }
+    }
+}
+
+/// The air of a planet from a file over altitude: output of Mars-GRAM or Earth-GRAM, Basilisk's standard atmosphere, or any columns of altitude, density and temperature.
+/// ln ρ and T are straight lines between rows; pressure and speed of sound are those of a perfect gas. Heights are above the ellipsoid.
+#[service("environment.table_air", Atmosphere)]
+impl Service for TableAtmosphere {
+    type Params = TableAirParams;
+    fn build(p: TableAirParams, files: &Files) -> Result<Self, BuildError> {
+        let layout = p.layout()?;
+        let (gas, viscosity) = p.gas()?;
+        let planet = p.planet(layout.kind)?;
+        let table = table(&p.file, "file", &layout, gas, files)?;
+        let around =
+            Around::new(&written!(p, planet: &planet), table.heights().into(), viscosity, files)?;
+        Ok(TableAtmosphere { around, table })
+    }
+}
