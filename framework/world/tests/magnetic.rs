@@ -13,20 +13,20 @@ fn ned(epoch: &str, lat: f64, lon: f64, h: f64) -> Vec3 {
     Vec3::new(b.y, b.x, -b.z) * 1e9
 }
 
-/// EDL.md j (ppigrf). The built-in coefficients of 2005 to 2020 are rounded to 0.1 nT: measured 0.3 nT; the
-/// tolerance suggested there is 1 nT.
+/// EDL.md j and quick_golden.json (ppigrf): measured 2e-4 nT at the years of the table, where ppigrf's polar radius has metres alone, and 0.006 nT between them, where it counts days
+/// and IAGA's program counts years of 365 or 366.
 #[test]
 fn igrf_gives_the_golden_numbers() {
     let a = ned("2020-01-01 00:00:00 UTC", 0.0, 0.0, 4e5);
-    near3(&a, &Vec3::new(22639.778, -1986.686, -11680.552), 0.6, "(0°, 0°, 400 km, 2020)");
+    near3(&a, &Vec3::new(22639.778, -1986.686, -11680.552), 0.001, "(0°, 0°, 400 km, 2020)");
     let b = ned("2025-01-01 00:00:00 UTC", 60.0, -30.0, 5e5);
-    near3(&b, &Vec3::new(11941.127, -2695.961, 40152.011), 0.01, "(60°, −30°, 500 km, 2025)");
+    near3(&b, &Vec3::new(11941.127, -2695.961, 40152.011), 0.001, "(60°, −30°, 500 km, 2025)");
     let Some(golden) = golden() else { return };
     for case in golden["igrf14_ned_nT"]["cases"].as_array().unwrap() {
         let n = |key: &str| number(&case[key]);
         let epoch = format!("{} UTC", case["date"].as_str().unwrap());
         let b = ned(&epoch, n("lat"), n("lon"), n("h_m"));
-        near3(&b, &vec3(&case["B_ned"]), 0.6, &epoch);
+        near3(&b, &vec3(&case["B_ned"]), 0.01, &epoch);
     }
 }
 

@@ -32,8 +32,8 @@ fn wrong(file: &str, line: usize, fact: String, help: &'static str) -> WorldErro
 }
 
 impl Igrf {
-    /// The fourteenth generation, 1900 to 2030; coefficients of 2005 to 2020, of which IAGA gives 0.01 nT, to
-    /// 0.1 nT: half a nanotesla of the field. [`Igrf::parse`] reads IAGA's own file.
+    /// The fourteenth generation, 1900 to 2030, with the decimals that IAGA publishes (doi.org/10.5281/zenodo.14012302).
+    /// [`Igrf::parse`] reads IAGA's own file.
     #[must_use]
     pub fn v14() -> Self {
         match Self::parse("igrf14.txt", include_str!("igrf14.txt")) {
