@@ -82,6 +82,11 @@ impl Heavens {
         Ok(Heavens { source: Arc::new(source), centre, epoch, span })
     }
 
+    /// The same seen from another centre.
+    pub fn from(self, centre: Body) -> Heavens {
+        Heavens { centre, ..self }
+    }
+
     /// The way of one body; `param` names what asks for it.
     pub fn course(&self, body: Body, param: &str) -> Result<Course, BuildError> {
         let (source, origin) = (self.source.clone(), self.centre);

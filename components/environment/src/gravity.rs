@@ -2,24 +2,22 @@
 //! ```text
 //! a_I = R_IP ∇V(R_IPᵀ p)  +  Σ_k third body k             R_IP at the time of the stage
 //! V   = μ/r Σ_n (R/r)ⁿ Σ_m P̄_nm(sin φ)(C̄_nm cos mλ + S̄_nm sin mλ)        Pines 1973, no singular poles
-//! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: what it does to the craft minus what it does to the planet
-//!              + R₃ (∇V₃(R₃ᵀ d) + μ₃ d/|d|³),  d = r − s   with a field of its own: another centre, whose axes R₃ turn by the IAU
+//! third body:  `third_bodies.rs`; with a field of its own: another centre
 //! solid tide:  a = k₂ μ₃ R⁵/(2 s³ r⁴) [(3 − 15 c²) r̂ + 6 c ŝ]     c = r̂ · ŝ: how the planet answers to it
-//! in a site:   s turned by R_WI, r from the planet's centre
+//! in a site:   r from the planet's centre
 //! zonal: V = μ/r (1 − Σ J_n (R/r)ⁿ P_n(z/r))
 //! ```
 //! A series of high degree means nothing below the planet's surface.
 
-use crate::ephemeris::{Course, Heavens};
 use crate::planet::{Centre, Planet, PlanetParams, Turning, fault};
+pub use crate::third_bodies::Third;
+use crate::third_bodies::{Puller, pullers};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
-use linkwork_world::ephemeris::Body;
 use linkwork_world::gravity::{
-    Format, Harmonics, Keep, TideRaiser, point_mass, point_mass_gradient, read, solid_tide,
-    solid_tide_gradient, third_body, third_body_gradient, zonal, zonal_gradient,
+    Format, Harmonics, Keep, TideRaiser, read, solid_tide, solid_tide_gradient, zonal,
+    zonal_gradient,
 };
-use linkwork_world::planet::{MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS, Rotation};
 
 /// Layouts of coefficient files.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,36 +30,6 @@ pub enum FieldFormat {
     Icgem,
     /// SHADR of the Planetary Data System; kilometres.
     Shadr,
-}
-
-/// Bodies that pull from afar.
-#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Third {
-    /// The Sun.
-    Sun,
-    /// The Moon.
-    Moon,
-    /// The Earth.
-    Earth,
-    /// Venus.
-    Venus,
-    /// Mars.
-    Mars,
-    /// Jupiter and its moons.
-    Jupiter,
-}
-
-impl Third {
-    fn body(self) -> (Body, f64) {
-        match self {
-            Third::Sun => (Body::Sun, MU_SUN),
-            Third::Moon => (Body::Moon, MU_MOON),
-            Third::Earth => (Body::Earth, MU_EARTH),
-            Third::Venus => (Body::Venus, MU_VENUS),
-            Third::Mars => (Body::Mars, MU_MARS),
-            Third::Jupiter => (Body::Jupiter, MU_JUPITER),
-        }
-    }
 }
 
 /// The field of a third body that the run comes near to.
@@ -109,14 +77,6 @@ pub struct HarmonicsParams {
     pub love: f64,
 }
 
-/// A third body.
-struct Puller {
-    mu: f64,
-    course: Course,
-    /// Its field and how it turns, where it is more than a point.
-    field: Option<(Harmonics, Rotation)>,
-}
-
 /// A field of harmonics on a turning planet, and third bodies.
 pub struct SphericalHarmonics {
     field: Harmonics,
@@ -129,8 +89,7 @@ pub struct SphericalHarmonics {
 impl SphericalHarmonics {
     /// From the planet's centre to a third body, m, W; NaN where the ephemeris has nothing.
     fn towards(&self, third: &Puller, t: f64) -> Vec3 {
-        let s = third.course.at(t);
-        self.planet.site.map_or(s, |site| site.to_inertial(t).inverse() * s)
+        third.towards(self.planet.site.as_ref(), t)
     }
 
     /// From the planet's centre to a point (m, W).
@@ -146,19 +105,7 @@ impl SphericalHarmonics {
     /// Acceleration (m/s², W) relative to the planet by the third bodies alone, in the order written; `p` in W.
     pub fn thirds(&self, t: f64, p: Vec3) -> impl Iterator<Item = Vec3> + '_ {
         let r = self.around_centre(&p);
-        self.pullers.iter().map(move |k| {
-            let s = self.towards(k, t);
-            let point = third_body(k.mu, &r, &s);
-            let Some((field, rotation)) = &k.field else { return point };
-            let (d, R) = (r - s, self.to_W(t) * rotation.at(t).R_IP);
-            // The planet is far away from it, and feels a point.
-            point + R * field.acceleration(&(R.inverse() * d)) - point_mass(k.mu, &d)
-        })
-    }
-
-    /// From inertial axes to W.
-    fn to_W(&self, t: f64) -> Quat {
-        self.planet.site.map_or_else(Quat::identity, |site| site.to_inertial(t).inverse())
+        self.pullers.iter().map(move |k| k.pull(self.planet.site.as_ref(), t, &r))
     }
 
     /// Acceleration (m/s², W) at `p` (m, W) by the tide that the third bodies raise on the planet.
@@ -183,32 +130,23 @@ impl Gravity for SphericalHarmonics {
         let r = self.around_centre(&p);
         let (k2, radius) = self.love;
         let others = self.pullers.iter().map(|k| {
-            let position = self.towards(k, t);
-            let mut rigid = third_body_gradient(k.mu, &r, &position);
-            if let Some((field, rotation)) = &k.field {
-                let (d, R) = (r - position, self.to_W(t) * rotation.at(t).R_IP);
-                let own = field.full(&(R.inverse() * d)).gradient;
-                let R = R.to_rotation_matrix().into_inner();
-                rigid += R * own * R.transpose() - point_mass_gradient(k.mu, &d);
-            }
+            let rigid = k.gradient(self.planet.site.as_ref(), t, &r);
             if k2 == 0.0 {
                 return rigid;
             }
-            rigid + solid_tide_gradient(k2, radius, &TideRaiser { mu: k.mu, position }, &r)
+            let raiser = TideRaiser { mu: k.mu, position: self.towards(k, t) };
+            rigid + solid_tide_gradient(k2, radius, &raiser, &r)
         });
         Some(others.fold(own, |a, b| a + b))
     }
     fn scale(&self, t: f64, p: Vec3) -> f64 {
         let r = self.around_centre(&p);
         let own = r.norm() / (self.field.degree() + 2) as f64;
-        let others = self.pullers.iter().map(|k| {
-            let degree = k.field.as_ref().map_or(0, |(field, _)| field.degree());
-            (self.towards(k, t) - r).norm() / (degree + 2) as f64
-        });
+        let others = self.pullers.iter().map(|k| k.scale(self.planet.site.as_ref(), t, &r));
         others.fold(own, f64::min)
     }
     fn trouble(&self, t: f64) -> Option<BuildError> {
-        self.pullers.iter().find_map(|k| k.course.trouble(t))
+        self.pullers.iter().find_map(|k| k.trouble(t))
     }
     fn planet_axes(&self, t: f64) -> Option<Quat> {
         Some(self.planet.axes_at(t))
@@ -221,30 +159,9 @@ impl Gravity for SphericalHarmonics {
     }
 }
 
-/// Those who pull.
-fn pullers(p: &HarmonicsParams, files: &Files) -> Result<Vec<Puller>, BuildError> {
-    if p.third_bodies.is_empty() && p.fields.is_empty() {
-        return Ok(Vec::new());
-    }
-    let heavens = Heavens::around(&p.planet, files, "a third body")?;
-    let centre = p.planet.body.body();
-    let mut all = Vec::new();
-    for (k, third) in p.third_bodies.iter().enumerate() {
-        let (body, mu) = third.body();
-        let wrong = if body == centre {
-            Some("is the planet itself")
-        } else if p.third_bodies[..k].contains(third) {
-            Some("is named twice")
-        } else {
-            None
-        };
-        if let Some(fact) = wrong {
-            return Err(BuildError::new(format!("the third body {body:?} {fact}"))
-                .help("name each other body once")
-                .at("third_bodies"));
-        }
-        all.push(Puller { mu, course: heavens.course(body, "third_bodies")?, field: None });
-    }
+/// Those who pull, with their fields.
+fn sources(p: &HarmonicsParams, files: &Files) -> Result<Vec<Puller>, BuildError> {
+    let mut all = pullers(&p.planet, &p.third_bodies, None, files)?;
     for (k, own) in p.fields.iter().enumerate() {
         let body = own.body.body();
         let of_body = |third: &Third| third.body().0 == body;
@@ -296,7 +213,7 @@ impl Service for SphericalHarmonics {
     type Params = HarmonicsParams;
     fn build(p: HarmonicsParams, files: &Files) -> Result<Self, BuildError> {
         let field = field(&p.file, p.format, (p.degree, p.order), files)?;
-        let pullers = pullers(&p, files)?;
+        let pullers = sources(&p, files)?;
         if p.love > 0.0 && pullers.is_empty() {
             return Err(BuildError::new("nobody raises a tide: there are no third bodies")
                 .help("write third_bodies: [\"sun\", \"moon\"], or leave `love` out")

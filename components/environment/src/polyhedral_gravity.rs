@@ -1,11 +1,14 @@
 //! `environment.polyhedral_gravity`: a body of uniform density whose surface is a mesh, turning at the origin of W, or under a site.
 //! ```text
-//! a = R_IP ∇U(R_IPᵀ p)      R_IP = R_z(angle + rate t)      U: Werner and Scheeres 1997, exact outside and inside
+//! a = R_IP ∇U(R_IPᵀ p) + Σ_k third body k      R_IP = R_z(angle + rate t)      U: Werner and Scheeres 1997, exact outside and inside
 //! ```
+//! Third bodies are those of `third_bodies.rs`, seen from the body's `orbit` about the Sun. Their places are in the axes of the ICRF, which W then has: the body turns about
+//! the pole of the ICRF.
 //! W is inertial, or a site of a `planet` that is this body: then the field stands still in W, with its centrifugal part. Cost: proportional
 //! to the number of faces and edges.
 
 use crate::planet::{Planet, PlanetParams, Turning, fault};
+use crate::third_bodies::{Puller, SolarOrbit, Third, pullers};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::gravity::polyhedron::{Polyhedron, from_obj};
@@ -38,6 +41,12 @@ pub struct PolyhedralParams {
     /// The body as a planet, where W is a site on it: `radius` of the sphere or ellipsoid from which the site's height counts (`flattening` 0
     /// unless written), `rate` (or `turns: still`) and `angle`, its axis along z of the file. As that of the other services.
     pub planet: Option<PlanetParams>,
+    /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `planet`, no site, and `orbit`, or a shape of `planet`'s own body with its mass.
+    #[param(default = Vec::new())]
+    pub third_bodies: Vec<Third>,
+    /// With `third_bodies`: the way of this body about the Sun.
+    #[param(default = None)]
+    pub orbit: Option<SolarOrbit>,
 }
 
 impl PolyhedralParams {
@@ -88,18 +97,75 @@ impl PolyhedralParams {
     }
 }
 
-/// Gravity of a mesh.
+/// By which factor the mass of a shape may differ from that of the planet that it is to be.
+const SAME_MASS: f64 = 1.5;
+
+impl PolyhedralParams {
+    /// Who else pulls on a body of `mu` (m³/s²).
+    fn thirds(&self, mu: f64, files: &Files) -> Result<Vec<Puller>, BuildError> {
+        let told =
+            |fact: String, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
+        if self.third_bodies.is_empty() {
+            return match self.orbit {
+                None => Ok(Vec::new()),
+                Some(_) => {
+                    let help = "write third_bodies: [\"sun\"], or leave `orbit` out";
+                    told("`orbit`, and no third bodies to be seen from it".into(), help, "orbit")
+                }
+            };
+        }
+        let Some(planet) = &self.planet else {
+            let help = "write `epoch` in `planet`, with `rate` and `angle`";
+            return told(
+                "a third body needs an epoch, and there is no `planet`".into(),
+                help,
+                "planet",
+            );
+        };
+        if planet.site.is_some() {
+            let fact = "third bodies by an ephemeris need W in the axes of the ICRF, and the site of this body has a pole of its own";
+            return told(fact.into(), "leave `site` out, or the third bodies", "third_bodies");
+        }
+        let (body, own) = planet.body.body_and_mu();
+        let ratio = mu / own;
+        if self.orbit.is_none() && !(1.0 / SAME_MASS..=SAME_MASS).contains(&ratio) {
+            let fact = format!(
+                "where this body of {mu:.3e} m³/s² is among the others is not written, and it is not the {body:?} of {own:.3e}"
+            );
+            return told(fact, "write its `orbit` about the Sun", "orbit");
+        }
+        pullers(planet, &self.third_bodies, self.orbit.as_ref(), files)
+    }
+}
+
+/// Gravity of a mesh, and third bodies.
 pub struct PolyhedralGravity {
     body: Polyhedron,
     planet: Planet,
+    pullers: Vec<Puller>,
+}
+
+impl PolyhedralGravity {
+    /// From the body's origin to a point (m, W).
+    fn around_centre(&self, p: &Vec3) -> Vec3 {
+        self.planet.site.map_or(*p, |s| s.from_centre(p))
+    }
 }
 
 impl Gravity for PolyhedralGravity {
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3 {
-        self.planet.gravity(t, p, |p| self.body.gravity(p).acceleration)
+        let own = self.planet.gravity(t, p, |p| self.body.gravity(p).acceleration);
+        let r = self.around_centre(&p);
+        self.pullers.iter().fold(own, |a, k| a + k.pull(self.planet.site.as_ref(), t, &r))
     }
     fn gradient(&self, t: f64, p: Vec3) -> Option<Mat3> {
-        Some(self.planet.gradient(t, p, |p| self.body.gravity(p).gradient))
+        let own = self.planet.gradient(t, p, |p| self.body.gravity(p).gradient);
+        let r = self.around_centre(&p);
+        let site = self.planet.site.as_ref();
+        Some(self.pullers.iter().fold(own, |a, k| a + k.gradient(site, t, &r)))
+    }
+    fn trouble(&self, t: f64) -> Option<BuildError> {
+        self.pullers.iter().find_map(|k| k.trouble(t))
     }
     fn planet_axes(&self, t: f64) -> Option<Quat> {
         Some(self.planet.axes_at(t))
@@ -112,7 +178,7 @@ impl Gravity for PolyhedralGravity {
     }
 }
 
-/// Gravity of an asteroid or comet from its shape: uniform density, turning about z at the origin of W, or around the site that W is.
+/// Gravity of an asteroid or comet from its shape: uniform density, turning about z at the origin of W, or around the site that W is; and of third bodies.
 #[service("environment.polyhedral_gravity", Gravity)]
 impl Service for PolyhedralGravity {
     type Params = PolyhedralParams;
@@ -134,7 +200,8 @@ impl Service for PolyhedralGravity {
                 return Err(BuildError::new(fact).help("write one of them").at("density"));
             }
         };
-        Ok(PolyhedralGravity { body, planet: p.planet(files)? })
+        let (planet, pullers) = (p.planet(files)?, p.thirds(body.mu(), files)?);
+        Ok(PolyhedralGravity { body, planet, pullers })
     }
 }
 
@@ -156,6 +223,8 @@ mod tests {
             rate: Some(1e-3),
             angle: Some(0.4),
             planet: None,
+            third_bodies: vec![],
+            orbit: None,
         }
     }
 
@@ -242,6 +311,106 @@ mod tests {
 
     fn p_of(planet: PlanetParams) -> PolyhedralParams {
         PolyhedralParams { rate: None, angle: None, planet: Some(planet), ..params() }
+    }
+
+    const AU: f64 = 149_597_870_700.0;
+
+    /// A round orbit in the ecliptic, a third of a turn from the equinox.
+    fn round_orbit() -> SolarOrbit {
+        SolarOrbit {
+            semi_major_axis: 1.5 * AU,
+            eccentricity: 0.0,
+            inclination: 0.0,
+            ascending_node: 0.0,
+            perihelion: 0.0,
+            mean_anomaly: std::f64::consts::TAU / 3.0,
+            epoch: None,
+        }
+    }
+
+    fn in_orbit(third_bodies: Vec<Third>) -> PolyhedralParams {
+        let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
+        let planet = PlanetParams { epoch, site: None, ..of_planet() };
+        PolyhedralParams { third_bodies, orbit: Some(round_orbit()), ..p_of(planet) }
+    }
+
+    /// The Sun from where the body is on a circle, by hand; Jupiter from its ellipse: what they do to a craft minus what they do to the body.
+    #[test]
+    fn third_bodies_pull_as_from_where_the_body_is() {
+        use linkwork_world::ephemeris::{Body, OBLIQUITY_J2000, planet};
+        use linkwork_world::gravity::third_body;
+        use linkwork_world::planet::{Epoch, MU_JUPITER, MU_SUN};
+        let alone = built(in_orbit(vec![]).alone(), CUBE).unwrap();
+        let all = built(in_orbit(vec![Third::Sun, Third::Jupiter]), CUBE).unwrap();
+        let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
+        let rate = (MU_SUN / (1.5 * AU).powi(3)).sqrt();
+        let p = Vec3::new(2.1e3, -1.7e3, 0.9e3);
+        // Within the table of Jupiter, and beyond it.
+        for t in [0.0, 5e4, 4e5] {
+            let (sin, cos) = (std::f64::consts::TAU / 3.0 + rate * t).sin_cos();
+            let (tilt, lean) = OBLIQUITY_J2000.sin_cos();
+            let body = Vec3::new(cos, sin * lean, sin * tilt) * (1.5 * AU);
+            let (day, part) = epoch.tdb_days();
+            let jupiter = planet(Body::Jupiter, (day, part + t / 86_400.0)).unwrap().position;
+            let want =
+                third_body(MU_SUN, &p, &-body) + third_body(MU_JUPITER, &p, &(jupiter - body));
+            let have = all.acceleration(t, p) - alone.acceleration(t, p);
+            assert!((have - want).norm() < 1e-6 * want.norm(), "{have} {want} at {t}");
+            // To first order it is the tide μ₃/s³ (3 ŝ ŝᵀ − 1) r.
+            let s = -body.normalize();
+            let tide = (s * (3.0 * s.dot(&p)) - p) * (MU_SUN / (1.5 * AU).powi(3));
+            assert!((have - tide).norm() < 1e-3 * tide.norm(), "{have} {tide}");
+            let g = all.gradient(t, p).unwrap() - alone.gradient(t, p).unwrap();
+            assert!((g * p - have).norm() < 1e-6 * have.norm());
+        }
+        assert!(all.trouble(0.0).is_none() && all.trouble(4e9).is_some());
+    }
+
+    /// A shape of the Earth's mass is the Earth, and needs no orbit.
+    #[test]
+    fn third_bodies_of_a_planet_are_those_of_its_ephemeris() {
+        use linkwork_world::ephemeris::moon;
+        use linkwork_world::gravity::third_body;
+        use linkwork_world::planet::{Epoch, MU_EARTH, MU_MOON};
+        let p = in_orbit(vec![Third::Moon]);
+        let earth = || PolyhedralParams {
+            density: None,
+            mu: Some(MU_EARTH),
+            scale: 6e6,
+            orbit: None,
+            ..p.clone()
+        };
+        let (alone, with) = (built(earth().alone(), CUBE).unwrap(), built(earth(), CUBE).unwrap());
+        let r = Vec3::new(3e7, -2e7, 1e7);
+        let epoch = Epoch::parse("2012-08-06 05:17:57 UTC").unwrap();
+        let want = third_body(MU_MOON, &r, &moon(epoch.tdb_days()).position);
+        let have = with.acceleration(0.0, r) - alone.acceleration(0.0, r);
+        assert!((have - want).norm() < 1e-7 * want.norm(), "{have} {want}");
+
+        let refused = |p: PolyhedralParams, param: &str, fact: &str| {
+            let e = built(p, CUBE).err().unwrap_or_else(|| panic!("{fact}"));
+            assert!(e.message.contains(fact) && e.help.is_some(), "{}", e.message);
+            assert_eq!(e.param.as_deref(), Some(param), "{}", e.message);
+        };
+        let of = |planet: PlanetParams| PolyhedralParams { planet: Some(planet), ..p.clone() };
+        let planet = p.planet.clone().unwrap();
+        refused(PolyhedralParams { orbit: None, ..p.clone() }, "orbit", "it is not the Earth");
+        refused(in_orbit(vec![]), "orbit", "no third bodies");
+        refused(in_orbit(vec![Third::Sun; 2]), "third_bodies", "named twice");
+        refused(of(PlanetParams { epoch: None, ..planet.clone() }), "planet", "needs an epoch");
+        let site = of_planet().site;
+        refused(of(PlanetParams { site, ..planet }), "third_bodies", "a pole of its own");
+        let third_bodies = vec![Third::Earth];
+        refused(PolyhedralParams { third_bodies, ..earth() }, "third_bodies", "the planet itself");
+        let none = PolyhedralParams { planet: None, rate: Some(1e-3), ..p.clone() };
+        refused(none, "planet", "there is no `planet`");
+    }
+
+    impl PolyhedralParams {
+        /// Without others.
+        fn alone(self) -> PolyhedralParams {
+            PolyhedralParams { third_bodies: vec![], orbit: None, ..self }
+        }
     }
 
     #[test]

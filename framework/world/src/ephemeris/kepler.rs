@@ -44,8 +44,8 @@ const NEPTUNE: Elements = [
 /// TDB days past J2000 for which the elements hold: 1800 to 2050.
 pub(super) const DAYS: [f64; 2] = [-73_050.0, 18_262.5];
 
-/// Obliquity of the ecliptic of J2000, 84381.448″ (IAU 1976).
-const OBLIQUITY_DEG: f64 = 84381.448 / 3600.0;
+/// Obliquity of the ecliptic of J2000, rad: 84381.448″ (IAU 1976).
+pub const OBLIQUITY_J2000: f64 = 84381.448 / 3600.0 * (std::f64::consts::PI / 180.0);
 
 /// Eccentric anomaly E of a mean anomaly M: M = E − e sin E, by Newton's method. e below 0.3.
 fn eccentric(M: f64, e: f64) -> f64 {
@@ -99,7 +99,8 @@ pub fn planet(body: Body, tdb: (f64, f64)) -> Result<PointMotion, WorldError> {
     let about =
         |axis: nalgebra::UnitVector3<f64>, deg: f64| Quat::from_axis_angle(&axis, deg.to_radians());
     let (x, z) = (nalgebra::Vector3::x_axis(), nalgebra::Vector3::z_axis());
-    let R = about(x, OBLIQUITY_DEG) * about(z, node) * about(x, i) * about(z, peri - node);
+    let tilt = Quat::from_axis_angle(&x, OBLIQUITY_J2000);
+    let R = tilt * about(z, node) * about(x, i) * about(z, peri - node);
     Ok(PointMotion {
         position: R * Vec3::new(a * (cos - e), a * root * sin, 0.0),
         velocity: R * Vec3::new(-a * sin, a * root * cos, 0.0) * rate,

@@ -18,7 +18,7 @@ mod sampled;
 mod series;
 mod spk;
 
-pub use kepler::planet;
+pub use kepler::{OBLIQUITY_J2000, planet};
 pub use low::{moon_low, sun_low};
 pub use sampled::Sampled;
 pub use series::{earth, moon, sun};

@@ -1,0 +1,275 @@
+//! Bodies that pull from afar, and where a small body is that the ephemerides do not know.
+//! ```text
+//! third body:  a = −μ₃/|r − s|³ (r + f s)                  Battin: what it does to the craft minus what it does to the planet
+//!              + R₃ (∇V₃(R₃ᵀ d) + μ₃ d/|d|³),  d = r − s   with a field of its own, whose axes R₃ turn by the IAU
+//! s            from the planet by an ephemeris, turned by R_WI in a site;
+//!              from a small body on an `orbit` about the Sun: what the ephemeris has from the Sun, less where the body is
+//! ```
+
+use crate::ephemeris::{Course, Heavens};
+use crate::planet::{Centre, PlanetParams, fault};
+use linkwork_runtime::prelude::*;
+use linkwork_spatial::Mat3;
+use linkwork_world::ephemeris::{Body, OBLIQUITY_J2000};
+use linkwork_world::gravity::{
+    Harmonics, point_mass, point_mass_gradient, third_body, third_body_gradient,
+};
+use linkwork_world::orbit::{Elements, propagate};
+use linkwork_world::planet::{
+    Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS, PointMotion, Rotation,
+};
+
+/// Bodies that pull from afar.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Third {
+    /// The Sun.
+    Sun,
+    /// The Moon.
+    Moon,
+    /// The Earth.
+    Earth,
+    /// Venus.
+    Venus,
+    /// Mars.
+    Mars,
+    /// Jupiter and its moons.
+    Jupiter,
+}
+
+impl Centre {
+    /// As the ephemerides name it, and its μ, m³/s².
+    pub(crate) fn body_and_mu(self) -> (Body, f64) {
+        match self {
+            Centre::Earth => Third::Earth.body(),
+            Centre::Mars => Third::Mars.body(),
+            Centre::Moon => Third::Moon.body(),
+        }
+    }
+}
+
+impl Third {
+    /// As the ephemerides name it, and its μ, m³/s².
+    pub(crate) fn body(self) -> (Body, f64) {
+        match self {
+            Third::Sun => (Body::Sun, MU_SUN),
+            Third::Moon => (Body::Moon, MU_MOON),
+            Third::Earth => (Body::Earth, MU_EARTH),
+            Third::Venus => (Body::Venus, MU_VENUS),
+            Third::Mars => (Body::Mars, MU_MARS),
+            Third::Jupiter => (Body::Jupiter, MU_JUPITER),
+        }
+    }
+}
+
+/// Ellipse of a small body about the Sun, osculating, in the mean ecliptic and equinox of J2000, as JPL's Small-Body Database has it.
+#[derive(Params, Clone, Debug)]
+pub struct SolarOrbit {
+    /// Half of the major axis, such as 1.126 AU.
+    #[param(unit = "m", range = 1e9..)]
+    pub semi_major_axis: f64,
+    /// Eccentricity.
+    #[param(range = 0.0..=0.99)]
+    pub eccentricity: f64,
+    /// Inclination.
+    #[param(unit = "rad")]
+    pub inclination: f64,
+    /// Longitude of the ascending node.
+    #[param(unit = "rad")]
+    pub ascending_node: f64,
+    /// Argument of the perihelion.
+    #[param(unit = "rad")]
+    pub perihelion: f64,
+    /// Mean anomaly at `epoch`.
+    #[param(unit = "rad")]
+    pub mean_anomaly: f64,
+    /// Date of the elements, such as 2025-11-21 00:00:00 TDB; unwritten: the epoch of the run.
+    #[param(default = None)]
+    pub epoch: Option<String>,
+}
+
+/// The same, ready to be evaluated.
+#[derive(Clone, Debug)]
+struct Orbit {
+    /// State in the perihelion from the Sun, ICRF.
+    perihelion: PointMotion,
+    /// Time since then at t = 0, s.
+    since: f64,
+}
+
+impl SolarOrbit {
+    /// For a run that begins at `start`.
+    fn orbit(&self, start: &Epoch) -> Result<Orbit, BuildError> {
+        let told = |e| fault(&e, "orbit");
+        let a = self.semi_major_axis;
+        let angles = (self.inclination, self.ascending_node, self.perihelion);
+        let elements = Elements::with_axis(a, self.eccentricity, angles.0, angles.1, angles.2, 0.0)
+            .map_err(told)?;
+        let there = elements.state(MU_SUN);
+        let tilt = Quat::from_scaled_axis(Vec3::x() * OBLIQUITY_J2000);
+        let perihelion =
+            PointMotion { position: tilt * there.position, velocity: tilt * there.velocity };
+        let mut since = self.mean_anomaly / (MU_SUN / (a * a * a)).sqrt();
+        if let Some(text) = &self.epoch {
+            let (now, then) = (start.tdb_days(), Epoch::parse(text).map_err(told)?.tdb_days());
+            since += ((now.0 - then.0) + (now.1 - then.1)) * 86_400.0;
+        }
+        Ok(Orbit { perihelion, since })
+    }
+}
+
+impl Orbit {
+    /// From the Sun at t (s), m, ICRF.
+    fn at(&self, t: f64) -> Vec3 {
+        let now = propagate(MU_SUN, &self.perihelion, self.since + t);
+        now.map_or(Vec3::repeat(f64::NAN), |s| s.position)
+    }
+}
+
+/// Where a body is from the centre of a run.
+enum Way {
+    /// From a planet.
+    Course(Course),
+    /// From a small body: the way from the Sun, none for the Sun itself, and that of the small body.
+    Around(Option<Course>, Orbit),
+}
+
+/// A third body.
+pub(crate) struct Puller {
+    /// Gravitational parameter, m³/s².
+    pub mu: f64,
+    way: Way,
+    /// Its field and how it turns, where it is more than a point.
+    pub field: Option<(Harmonics, Rotation)>,
+}
+
+/// Those who pull, in the order written, as points: on a planet, or on a small body on its `orbit`.
+pub(crate) fn pullers(
+    planet: &PlanetParams,
+    third_bodies: &[Third],
+    orbit: Option<&SolarOrbit>,
+    files: &Files,
+) -> Result<Vec<Puller>, BuildError> {
+    if third_bodies.is_empty() {
+        return Ok(Vec::new());
+    }
+    let heavens = Heavens::around(planet, files, "a third body")?;
+    let (heavens, own, centre) = match orbit {
+        None => (heavens, None, planet.body.body()),
+        Some(orbit) => {
+            let own = orbit.orbit(&planet.epoch("a third body")?)?;
+            (heavens.from(Body::Sun), Some(own), Body::Sun)
+        }
+    };
+    let mut all = Vec::new();
+    for (k, third) in third_bodies.iter().enumerate() {
+        let (body, mu) = third.body();
+        let wrong = if body == centre && own.is_none() {
+            Some("is the planet itself")
+        } else if third_bodies[..k].contains(third) {
+            Some("is named twice")
+        } else {
+            None
+        };
+        if let Some(fact) = wrong {
+            return Err(BuildError::new(format!("the third body {body:?} {fact}"))
+                .help("name each other body once")
+                .at("third_bodies"));
+        }
+        let course = || heavens.course(body, "third_bodies");
+        let way = match &own {
+            None => Way::Course(course()?),
+            Some(own) if body == Body::Sun => Way::Around(None, own.clone()),
+            Some(own) => Way::Around(Some(course()?), own.clone()),
+        };
+        all.push(Puller { mu, way, field: None });
+    }
+    Ok(all)
+}
+
+/// From inertial axes to W.
+fn to_W(site: Option<&Site>, t: f64) -> Quat {
+    site.map_or_else(Quat::identity, |site| site.to_inertial(t).inverse())
+}
+
+impl Puller {
+    /// From the planet's centre to it at t (s), m, W; NaN where the ephemeris has nothing.
+    pub fn towards(&self, site: Option<&Site>, t: f64) -> Vec3 {
+        let s = match &self.way {
+            Way::Course(course) => course.at(t),
+            Way::Around(course, own) => {
+                course.as_ref().map_or(Vec3::zeros(), |c| c.at(t)) - own.at(t)
+            }
+        };
+        site.map_or(s, |_| to_W(site, t) * s)
+    }
+
+    /// Acceleration (m/s², W) relative to the planet at `r` (m, W) from the planet's centre.
+    pub fn pull(&self, site: Option<&Site>, t: f64, r: &Vec3) -> Vec3 {
+        let s = self.towards(site, t);
+        let point = third_body(self.mu, r, &s);
+        let Some((field, rotation)) = &self.field else { return point };
+        let (d, R) = (r - s, to_W(site, t) * rotation.at(t).R_IP);
+        // The planet is far away from it, and feels a point.
+        point + R * field.acceleration(&(R.inverse() * d)) - point_mass(self.mu, &d)
+    }
+
+    /// ∂a/∂p (1/s²) of the same.
+    pub fn gradient(&self, site: Option<&Site>, t: f64, r: &Vec3) -> Mat3 {
+        let s = self.towards(site, t);
+        let point = third_body_gradient(self.mu, r, &s);
+        let Some((field, rotation)) = &self.field else { return point };
+        let (d, R) = (r - s, to_W(site, t) * rotation.at(t).R_IP);
+        let own = field.full(&(R.inverse() * d)).gradient;
+        let R = R.to_rotation_matrix().into_inner();
+        point + R * own * R.transpose() - point_mass_gradient(self.mu, &d)
+    }
+
+    /// Length (m) over which its field changes by its own size at `r` (m, W) from the planet's centre.
+    pub fn scale(&self, site: Option<&Site>, t: f64, r: &Vec3) -> f64 {
+        let degree = self.field.as_ref().map_or(0, |(field, _)| field.degree());
+        (self.towards(site, t) - r).norm() / (degree + 2) as f64
+    }
+
+    /// Why there is no answer at t (s).
+    pub fn trouble(&self, t: f64) -> Option<BuildError> {
+        match &self.way {
+            Way::Course(course) | Way::Around(Some(course), _) => course.trouble(t),
+            Way::Around(None, _) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use linkwork_world::ephemeris::planet;
+
+    /// Standish's elements of Mars at J2000 are the place of Mars that the ephemeris has; a year and a half later it is back.
+    #[test]
+    fn an_orbit_by_its_elements_is_where_the_planet_is() {
+        let mars = SolarOrbit {
+            semi_major_axis: 1.523_710_34 * 149_597_870_700.0,
+            eccentricity: 0.093_394_10,
+            inclination: 1.849_691_42_f64.to_radians(),
+            ascending_node: 49.559_538_91_f64.to_radians(),
+            perihelion: (-23.943_629_59_f64 - 49.559_538_91).to_radians(),
+            mean_anomaly: (-4.553_432_05_f64 + 23.943_629_59).to_radians(),
+            epoch: Some("2000-01-01 12:00:00 TDB".into()),
+        };
+        let j2000 = Epoch::parse("2000-01-01 12:00:00 TDB").unwrap();
+        let wanted = planet(Body::Mars, (0.0, 0.0)).unwrap();
+        let orbit = mars.orbit(&j2000).unwrap();
+        let off = |p: Vec3| (p - wanted.position).norm() / wanted.position.norm();
+        assert!(off(orbit.at(0.0)) < 1e-12, "{}", off(orbit.at(0.0)));
+        let speed = (orbit.at(50.0) - orbit.at(-50.0)) / 100.0;
+        assert!((speed - wanted.velocity).norm() < 1e-3, "{speed} {}", wanted.velocity);
+        let turn = std::f64::consts::TAU * (mars.semi_major_axis.powi(3) / MU_SUN).sqrt();
+        assert!(off(orbit.at(turn)) < 1e-9);
+        // A run that begins 100 days later has the elements of then, and the place of 100 days.
+        let later = mars.orbit(&Epoch::parse("2000-04-10 12:00:00 TDB").unwrap()).unwrap();
+        let there = orbit.at(100.0 * 86_400.0);
+        assert!((later.at(0.0) - there).norm() < 1.0, "{}", (later.at(0.0) - there).norm());
+        let e = SolarOrbit { epoch: Some("soon".into()), ..mars }.orbit(&j2000).err().unwrap();
+        assert!(e.message.contains("`soon` is no epoch") && e.param.as_deref() == Some("orbit"));
+    }
+}
