@@ -417,7 +417,7 @@ fn tables_that_do_not_fit_are_refused() {
         &FINALS.replace("54832.00", "54833.00"),
         "2009-01-02T00:00:00 UTC comes after 2008-12-31",
     );
-    refused(&FINALS.lines().next().unwrap().to_string(), "less than two days");
+    refused(FINALS.lines().next().unwrap(), "less than two days");
     refused(&CELESTRAK.replace(",DX,", ",DZ,"), "no column `DX`");
     refused(&CELESTRAK.replace("0.381123", "381.123"), "eop.txt:3: y of the pole, ″, is `381.123`");
     refused(&C04.replace("53758.00", "53757.50"), "no midnight");

@@ -21,7 +21,7 @@ fn a_tank_with_negative_propellant_is_refused() {
     assert!(scene(&text.replace("-1 kg", "1 kg"), &[]).is_ok());
 }
 
-/// Below its glide slope `flight.convex_descent` has no plan: that is an output, which the log has, and the
+/// Below its glide slope `flight.convex_descent` has no plan: that is an output, which the log has, and is told at the start; the
 /// quadratic law brings the lander down at the end of `times`.
 #[test]
 fn a_convex_descent_without_a_plan_says_so_and_comes_down() {
@@ -49,9 +49,12 @@ fn a_convex_descent_without_a_plan_says_so_and_comes_down() {
     };
     let planned = text("position: [2000, 450, 1500], velocity: [-40, 12, -65]");
     let mut sim = scene(&planned, &[]).unwrap();
+    assert!(sim.remarks().is_empty());
     sim.run_until(seconds(0.2)).unwrap();
     assert_eq!(sim.get("Guidance.planned").unwrap(), 1.0);
     let mut sim = scene(&text("position: [1500, 0, 150], velocity: [-20, 0, 2]"), &[]).unwrap();
+    let told = sim.remarks();
+    assert!(told.len() == 1 && told[0].message.contains("`Guidance`: no plan within 30 to 70 s"));
     for k in 1..=700 {
         sim.run_until(seconds(f64::from(k) * 0.1)).unwrap();
         assert_eq!(sim.get("Guidance.planned").unwrap(), 0.0);

@@ -3,13 +3,13 @@
 //! plan      `convex::best_plan` from where the lander is at the first row: r*(t), v*(t), u*(t), within thrust less a margin, glide slope, pointing
 //! between nodes  u* straight, v* and r* its integrals
 //! force     F = m (u* + g* + ω² (r* − r) + 2 ζ ω (v* − v) − g),  within the throttle         g*: the plan's gravity, g: of free fall now
-//! no plan   the quadratic law of `flight.powered_descent` to the end of `times`; `planned` is false
+//! no plan   the quadratic law of `flight.powered_descent` to the end of `times`; `planned` is false, and the run says so once
 //! ```
 //! The plan is of flat ground and uniform gravity, that at the target; what differs (a planet that curves and turns) the feedback takes.
 //! `freeze` before the end the last force is held. A part that a phase brings plans when the phase begins. Planning costs some 40 convex
-//! problems of `nodes` intervals, twice, at the first row alone; later rows take no memory.
+//! problems of `nodes` intervals, three times, at the first row alone; later rows take no memory.
 
-use super::convex::{Descent, Node, best_plan};
+use super::convex::{Descent, NoPlan, Node, best_plan};
 use super::powered_descent::{DescentIn, Last, Target, commanded, quadratic};
 use linkwork_runtime::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -136,7 +136,7 @@ impl ConvexDescent {
         self.p.gravity.free_fall(t, self.p.position, Vec3::zeros())
     }
 
-    fn plan(&self, t: f64, u: &DescentIn) -> Plan {
+    fn best(&self, t: f64, u: &DescentIn) -> Result<Vec<Node>, NoPlan> {
         let p = &self.p;
         let left = p.margin * (p.throttle[1] - p.throttle[0]);
         let d = Descent {
@@ -152,14 +152,16 @@ impl ConvexDescent {
             glide: p.glide,
             pointing: p.pointing,
         };
-        let [low, high] = p.times;
-        let found = best_plan(&d, (low, high), p.exact, p.nodes as usize);
-        let nodes: Vec<Node> = found.unwrap_or_default();
+        best_plan(&d, p.times.into(), p.exact, p.nodes as usize)
+    }
+
+    fn plan(&self, t: f64, u: &DescentIn) -> Plan {
+        let nodes = self.best(t, u).unwrap_or_default();
         let last = nodes.last();
         Plan {
             made: true,
             start: t,
-            time: last.map_or(high, |n| n.time),
+            time: last.map_or(self.p.times[1], |n| n.time),
             propellant: last.map_or(0.0, |n| u.mass - n.mass),
             nodes: nodes.iter().map(|n| [n.position, n.velocity, n.thrust]).collect(),
         }
@@ -240,6 +242,32 @@ impl Model for ConvexDescent {
             *plan = self.plan(c.t, u);
         }
         Last { force: self.command((c.t, c.dt), d, u, plan).force }
+    }
+    fn remarks(
+        &self,
+        c: &Clock,
+        _: &(),
+        _: &Last,
+        _: &(),
+        u: &DescentIn,
+        plan: &Plan,
+    ) -> Vec<BuildError> {
+        let why = match plan {
+            Plan { made: true, nodes, .. } if nodes.is_empty() => String::new(),
+            Plan { made: true, .. } => return Vec::new(),
+            Plan { made: false, .. } => match self.best(c.t, u) {
+                Ok(_) => return Vec::new(),
+                Err(NoPlan::Infeasible { .. }) => ": no trajectory keeps its limits".into(),
+                Err(NoPlan::Solver { status, .. }) => format!(": the solver stopped with {status}"),
+                Err(NoPlan::Input { what, .. }) => format!(": {what}"),
+            },
+        };
+        let [low, high] = self.p.times;
+        let fact = format!(
+            "no plan within {low} to {high} s{why}; it flies the quadratic law to the end of `times`, which knows no glide slope, pointing and propellant"
+        );
+        let help = "allow other `times`, a lower `glide`, more `pointing` or thrust, or begin elsewhere; `planned` tells it, too";
+        vec![BuildError::new(fact).help(help).at("times")]
     }
 }
 
@@ -357,6 +385,32 @@ mod tests {
         let wanted = (a + Vec3::new(0.0, 0.0, 3.7114)) * 1905.0;
         assert!((y.force - wanted).norm() < 1e-9 * wanted.norm() || y.limited, "{y:?}");
         assert!(r.norm() < 5.0 && v.norm() < 2.0, "{r} {v}");
+    }
+
+    /// At the start, and where a run is taken up again; not where there is a plan.
+    #[test]
+    fn that_there_is_no_plan_is_a_remark() {
+        let m = ConvexDescent::build(params()).map_err(|e| e.message).unwrap();
+        let (c, d) = (Clock::at(0.0, 0.1, 0), Last { force: Vec3::zeros() });
+        let told = |(position, velocity): (Vec3, Vec3), begun: bool| {
+            let body = NodeState { position, velocity, ..NodeState::identity() };
+            let u = DescentIn { body, mass: 1905.0 };
+            let mut plan = Plan::default();
+            if begun {
+                m.update(&c, &(), &d, &(), &u, &mut plan);
+            }
+            m.remarks(&c, &(), &d, &(), &u, &plan)
+        };
+        let low = (Vec3::new(1500.0, 0.0, 150.0), Vec3::new(-20.0, 0.0, 2.0));
+        for begun in [false, true] {
+            assert!(told(START, begun).is_empty());
+            let remarks = told(low, begun);
+            let [remark] = &remarks[..] else { panic!("{} remarks", remarks.len()) };
+            assert!(remark.message.contains("no plan within 30 to 70 s"), "{}", remark.message);
+            assert!(!remark.stops && remark.help.is_some() && remark.message.contains("quadratic"));
+            let why = remark.message.contains("no trajectory keeps its limits");
+            assert_eq!(why, !begun, "{}", remark.message);
+        }
     }
 
     #[test]
