@@ -53,8 +53,8 @@ fn mass(body: &Body) -> f64 {
 
 /// A mechanism as a tree of lines: body, hinge with its places in q and v, modes with theirs, mass.
 pub fn tree(mbs: &Multibody) -> String {
-    let (bodies, mass) = (mbs.bodies().len(), mbs.total_mass());
-    let mut out = format!("{bodies} bodies, nq={}, nv={}, {mass} kg\nworld", mbs.nq(), mbs.nv());
+    let (bodies, total) = (mbs.bodies().len(), mbs.total_mass());
+    let mut out = format!("{bodies} bodies, nq={}, nv={}, {total} kg\nworld", mbs.nq(), mbs.nv());
     for (branch, id) in branches(mbs) {
         let body = mbs.get(id);
         let _ = write!(out, "\n{branch}{}  {}", body.name(), hinge(body));

@@ -5,7 +5,7 @@ use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::inverse_kinematics::{PORTION, Parts};
 use linkwork_embedded::{
-    self as embedded, Answer, Effort, Goal, Outcome, Part, Residual, RobotError, WholeReach,
+    self as embedded, Answer, Effort, Outcome, Part, Residual, RobotError, WholeReach,
 };
 use pyo3::prelude::*;
 use std::sync::Mutex;
