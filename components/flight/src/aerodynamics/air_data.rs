@@ -1,7 +1,7 @@
 //! What the air does past a body: speed, angles, pressure.
 //! ```text
 //! v_B = R_WBᵀ (v − wind) = (u, v, w)      V = |v_B|      q = ½ ρ V²      M = V/a
-//! α = atan2(w, u)      β = asin(v/V)      α_t = acos(u/V)      all zero at rest
+//! α = atan2(w, u)      β = asin(v/V)      α_t = acos(u/V)      all zero at rest; found when they are asked for
 //! Re = ρ V l/μ
 //! ω_B = R_WBᵀ (ω − ω_air)                 ω_air: how the air turns with its planet; zero: inertial rates
 //! ```
@@ -17,12 +17,6 @@ pub struct AirData {
     pub angular: Vec3,
     /// Speed through the air, m/s.
     pub speed: f64,
-    /// Angle of attack, rad.
-    pub alpha: f64,
-    /// Angle of sideslip, rad.
-    pub beta: f64,
-    /// Angle between x and the velocity, rad.
-    pub alpha_total: f64,
     /// Mach number.
     pub mach: f64,
     /// Dynamic pressure, Pa.
@@ -49,26 +43,36 @@ impl AirData {
     pub fn of(node: &NodeState, air: &Air, air_rate: &Vec3) -> AirData {
         let velocity = node.rotation.inverse() * (node.velocity - air.wind);
         let speed = velocity.norm();
-        let (mut alpha, mut beta, mut alpha_total) = (0.0, 0.0, 0.0);
-        if speed > 0.0 {
-            alpha = velocity.z.atan2(velocity.x);
-            let across = velocity.y.hypot(velocity.z);
-            beta = velocity.y.atan2(velocity.x.hypot(velocity.z));
-            // acos would lose half the digits at small angles.
-            alpha_total = across.atan2(velocity.x);
-        }
         AirData {
             velocity,
             angular: node.rotation.inverse() * (node.angular - air_rate),
             speed,
-            alpha,
-            beta,
-            alpha_total,
             mach: speed / air.speed_of_sound.max(1e-9),
             pressure: 0.5 * air.density * speed * speed,
             density: air.density,
             temperature: air.temperature,
         }
+    }
+
+    /// Angle of attack α, rad.
+    pub fn alpha(&self) -> f64 {
+        self.angle(self.velocity.z, self.velocity.x)
+    }
+
+    /// Angle of sideslip β, rad.
+    pub fn beta(&self) -> f64 {
+        self.angle(self.velocity.y, self.velocity.x.hypot(self.velocity.z))
+    }
+
+    /// Angle between x and the velocity α_t, rad.
+    pub fn alpha_total(&self) -> f64 {
+        // acos would lose half the digits at small angles.
+        self.angle(self.velocity.y.hypot(self.velocity.z), self.velocity.x)
+    }
+
+    /// The angle of (x, y); at rest, where zeros have signs, zero.
+    fn angle(&self, y: f64, x: f64) -> f64 {
+        if self.speed > 0.0 { y.atan2(x) } else { 0.0 }
     }
 
     /// ρ V/μ, 1/m: the Reynolds number for a length of 1 m, at the dynamic viscosity μ (Pa s).
@@ -140,15 +144,15 @@ mod tests {
         };
         let rate = Vec3::new(0.0, 0.0, 0.3);
         let a = AirData::of(&node, &air(0.02, wind), &rate);
-        assert!((a.alpha - alpha).abs() < 1e-14 && (a.beta - beta).abs() < 1e-14);
-        assert!((a.alpha_total.cos() - alpha.cos() * beta.cos()).abs() < 1e-14);
+        assert!((a.alpha() - alpha).abs() < 1e-14 && (a.beta() - beta).abs() < 1e-14);
+        assert!((a.alpha_total().cos() - alpha.cos() * beta.cos()).abs() < 1e-14);
         assert!((a.speed - speed).abs() < 1e-11 && (a.mach - 2.0).abs() < 1e-13);
         assert!((a.pressure - 2500.0).abs() < 1e-9);
         assert!((rotation * a.angular - Vec3::new(0.1, 0.2, 0.0)).norm() < 1e-15);
         assert!((a.lean().norm() - 1.0).abs() < 1e-15 && a.lean().dot(&v) > 0.0);
         let still = AirData::of(&NodeState::identity(), &air(0.02, Vec3::zeros()), &rate);
         assert_eq!(
-            (still.alpha, still.beta, still.alpha_total, still.lean()),
+            (still.alpha(), still.beta(), still.alpha_total(), still.lean()),
             (0.0, 0.0, 0.0, Vec3::zeros())
         );
     }

@@ -210,8 +210,8 @@ impl Scales {
             airspeed: a.speed,
             mach: a.mach,
             dynamic_pressure: a.pressure,
-            alpha: a.alpha,
-            beta: a.beta,
+            alpha: a.alpha(),
+            beta: a.beta(),
             force: force.norm(),
             heating: a.heating(self.heating_constant, self.nose_radius),
         }
@@ -232,9 +232,9 @@ impl Axisymmetric {
         let (angles, table) = (&self.p.angles, &self.tables[0]);
         let (first, last) = (angles[0], angles[angles.len() - 1]);
         if first > 0.0 || last == first {
-            return (data, table.inside(data.alpha_total, data.mach));
+            return (data, table.inside(data.alpha_total(), data.mach));
         }
-        let by_angle = (last - data.alpha_total) / (last - first);
+        let by_angle = (last - data.alpha_total()) / (last - first);
         (data, by_angle.min(table.inside(0.5 * (first + last), data.mach)))
     }
 }
@@ -244,7 +244,7 @@ impl Axisymmetric {
     fn reach(&self, a: &AirData) -> String {
         let ends = |points: &[f64]| [points[0], points[points.len() - 1]];
         let [low, high] = ends(&self.p.angles).map(f64::to_degrees);
-        let total = a.alpha_total.to_degrees();
+        let total = a.alpha_total().to_degrees();
         let by_mach = |machs: &[f64]| {
             let [first, last] = ends(machs);
             format!(", and Mach {first} to {last}, here Mach {:.4}", a.mach)
@@ -281,7 +281,7 @@ impl Model for Axisymmetric {
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
         let (a, _) = self.air(c.t, u);
-        let coefficients = [0, 1, 2].map(|k| self.tables[k].at(a.alpha_total, a.mach));
+        let coefficients = [0, 1, 2].map(|k| self.tables[k].at(a.alpha_total(), a.mach));
         self.scales.loaded(&a, &u.body.rotation, coefficients)
     }
     fn deriv(

@@ -264,7 +264,7 @@ impl DaveAerodynamics {
 
     /// Where a flow is that is beyond the tables of the file.
     fn reach(&self, a: &AirData) -> String {
-        let [alpha, beta] = [a.alpha, a.beta].map(f64::to_degrees);
+        let [alpha, beta] = [a.alpha(), a.beta()].map(f64::to_degrees);
         let name = &self.p.model.name;
         format!("those of {name}, at Mach {:.4}, α {alpha:.2} deg, β {beta:.2} deg", a.mach)
     }
@@ -276,15 +276,15 @@ impl DaveAerodynamics {
         let [height, reynolds] = self.height_and_reynolds(t, a, u.body.position);
         let flow = [
             a.speed,
-            a.alpha,
-            a.beta,
+            a.alpha(),
+            a.beta(),
             a.mach,
             a.pressure,
             a.density,
             a.angular.x,
             a.angular.y,
             a.angular.z,
-            a.alpha_total,
+            a.alpha_total(),
             height,
             reynolds,
         ];
@@ -495,7 +495,7 @@ impl Model for DaveAerodynamics {
     fn direct(&self, c: &Clock, _: &(), _: &Left, u: &DaveIn) -> DaveOut {
         let a = self.air(c.t, u);
         let r = self.evaluate(c.t, &a, u).0;
-        let (s, co) = a.alpha.sin_cos();
+        let (s, co) = a.alpha().sin_cos();
         let force = if self.stability {
             Vec3::new(-r[4] * co + r[3] * s, r[1], -r[4] * s - r[3] * co)
         } else {
@@ -516,8 +516,8 @@ impl Model for DaveAerodynamics {
             airspeed: a.speed,
             mach: a.mach,
             dynamic_pressure: a.pressure,
-            alpha: a.alpha,
-            beta: a.beta,
+            alpha: a.alpha(),
+            beta: a.beta(),
         }
     }
     fn guards(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Edge {

@@ -176,7 +176,7 @@ impl Model for PanelAerodynamics {
             load.force = u.body.rotation * (f * data.pressure);
             load.moment = u.body.rotation * (m * data.pressure);
         }
-        PanelOut { load, knudsen, dynamic_pressure: data.pressure, alpha_total: data.alpha_total }
+        PanelOut { load, knudsen, dynamic_pressure: data.pressure, alpha_total: data.alpha_total() }
     }
 }
 

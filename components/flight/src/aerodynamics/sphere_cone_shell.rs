@@ -73,7 +73,7 @@ impl SphereConeShell {
     /// The flow, and how far below the half-angle it is, as a share of it.
     fn air(&self, t: f64, u: &BodyIn) -> (AirData, f64) {
         let data = AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate, &u.gust);
-        (data, (self.p.half_angle - data.alpha_total) / self.p.half_angle)
+        (data, (self.p.half_angle - data.alpha_total()) / self.p.half_angle)
     }
 
     /// What is said of a flow that `does` so at a total angle of attack (rad).
@@ -116,7 +116,7 @@ impl Model for SphereConeShell {
     }
     fn direct(&self, c: &Clock, _: &Heat, _: &Left, u: &BodyIn) -> AxisymmetricOut {
         let (a, _) = self.air(c.t, u);
-        let by_shape = self.shape.at(a.alpha_total.min(self.p.half_angle), 0.0);
+        let by_shape = self.shape.at(a.alpha_total().min(self.p.half_angle), 0.0);
         let base = match self.p.base {
             Base::Viking => base_pressure(a.mach),
             Base::None => 0.0,
@@ -152,12 +152,12 @@ impl Model for SphereConeShell {
         u: &BodyIn,
     ) -> Option<BuildError> {
         (which == LEAVES && !d.outside)
-            .then(|| self.above("goes on", self.air(c.t, u).0.alpha_total))
+            .then(|| self.above("goes on", self.air(c.t, u).0.alpha_total()))
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         let (a, inside) = self.air(c.t, u);
         let outside = inside < 0.0;
-        outside.then(|| self.above("begins", a.alpha_total)).into_iter().collect()
+        outside.then(|| self.above("begins", a.alpha_total())).into_iter().collect()
     }
 }
 
