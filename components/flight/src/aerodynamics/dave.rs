@@ -1,11 +1,11 @@
 //! `flight.dave_aerodynamics`: the aerodynamic model of a DAVE-ML file, as NASA and others publish them.
 //! ```text
 //! inputs   standard names of AIAA S-119: trueAirspeed, angleOfAttack, angleOfSideslip, mach (machNumber),
-//!          dynamicPressure, airDensity, totalAngleOfAttack, bodyAngularRate_Roll, _Pitch, _Yaw,
-//!          altitudeMSL (geodeticAltitude), reynoldsNumber; other inputs of the file are named in `controls` and come
-//!          through the port of that name, which goes before the flow
-//! Re       ρ V l/μ(T): l is `reynolds_length`, or c̄; ρ V/μ(T) where the file has it in 1/m or 1/ft
-//! altitude above the ellipsoid of the atmosphere's planet
+//!          dynamicPressure, airDensity, totalAngleOfAttack, bodyAngularRate_Roll, _Pitch, _Yaw; beside them
+//!          altitudeMSL (geodeticAltitude), above the ellipsoid of the atmosphere's planet, and reynoldsNumber;
+//!          other inputs of the file are named in `controls` and come through the port of that name, as do these
+//!          where they are named there
+//! Re       ρ V l/μ(T): l is `reynolds_length`, or c̄; ρ V/μ(T) where the file's unit is 1/m or 1/ft (`_m`, `_ft`)
 //! force    body: q S (C_X, C_Y, C_Z)     or from lift and drag: q S (−C_D cos α + C_L sin α, C_Y, −C_D sin α − C_L cos α)
 //! moment   q S (b C_l, c̄ C_m, b C_n) about the node, body axes
 //! S, c̄, b  referenceWingArea, referenceWingChord, referenceWingSpan of the file
