@@ -109,7 +109,7 @@ pub struct DaveParams {
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
     /// Length of the file's Reynolds number; unwritten: its referenceWingChord.
-    #[param(unit = "m", range = 1e-9..)]
+    #[param(unit = "m")]
     pub reynolds_length: Option<f64>,
     /// What happens where the tables end: clamp, stop.
     #[param(default = Outside::Clamp)]
@@ -363,7 +363,11 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
     }
     let factor = DaveAerodynamics::factor(m, k, "1")?;
     if let Some(length) = p.reynolds_length {
-        return Ok((factor, length));
+        if length > 0.0 && length.is_finite() {
+            return Ok((factor, length));
+        }
+        let fact = format!("a Reynolds number for a length of {length} m");
+        return told("reynolds_length", fact, "write one above 0");
     }
     let chord = m.named(CHORD).filter(|c| m.variables[*c].role == Role::Constant);
     let length = match chord {

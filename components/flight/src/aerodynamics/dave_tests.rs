@@ -255,5 +255,9 @@ fn reynolds_numbers_and_altitudes_that_nothing_gives_are_refused() {
         "`RE` counts per length, in _m",
     );
     refused(DaveParams { reynolds_length: length, ..known(FILE) }, "reynolds_length", "takes no");
+    for none in [0.0, -1.0, f64::NAN] {
+        let p = DaveParams { reynolds_length: Some(none), ..known(&four) };
+        refused(p, "reynolds_length", "a Reynolds number for a length of");
+    }
     refused(known(&of_four("kg")), "model", "`RE` is in `kg`");
 }
