@@ -5,7 +5,9 @@ use linkwork_dynamics::{Tree, Workspace, forward_dynamics, inverse_dynamics};
 use linkwork_formats::multibody::{BodyId, Multibody};
 use linkwork_formats::spatial::nalgebra::Rotation3;
 use linkwork_formats::spatial::{InertiaCheck, Mat3, Pose, Quat, RigidInertia, Vec3};
-use linkwork_formats::{Description, Geometry, ReadOptions, Root, ShapeRole, read_file};
+use linkwork_formats::{
+    Description, Geometry, ReadOptions, Root, ShapeRole, Unphysical, read_file,
+};
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -14,12 +16,23 @@ fn path(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// The description and the reference values, or `None` with a printed line.
+/// Whether a file of the reference data is there; without it the test says so and is skipped, and where `CI` is set it fails.
+fn there(name: &str) -> bool {
+    let there = path(name).is_file();
+    if !there {
+        assert!(std::env::var_os("CI").is_none(), "reference data robots/{name} are missing");
+        println!("skipped: reference data robots/{name} are not here");
+    }
+    there
+}
+
+/// The description and the reference values.
 fn robot(name: &str) -> Option<(Description, Value)> {
-    let Ok(json) = std::fs::read_to_string(path(&format!("{name}.json"))) else {
-        println!("skipped: reference data robots/{name}.json is not here");
+    let file = format!("{name}.json");
+    if !there(&file) {
         return None;
-    };
+    }
+    let json = std::fs::read_to_string(path(&file)).unwrap();
     let json: Value = serde_json::from_str(&json).unwrap();
     let root = if json["root"].is_null() { Root::Fixed } else { Root::Free };
     // Published robots contain impossible links.
@@ -184,10 +197,37 @@ fn chain_of_ten() {
     check("chain10_rand");
 }
 
+/// Without an option, too: its links that no body has are told, with their numbers, and are those of the file; on request they are refused.
+#[test]
+fn iiwa7_is_read_with_warnings() {
+    if !there("iiwa7.urdf") {
+        return;
+    }
+    let d = read_file(path("iiwa7.urdf"), &ReadOptions::default()).unwrap();
+    let told: Vec<String> = d.doubtful.iter().map(ToString::to_string).collect();
+    assert!(!told.is_empty(), "the reference has such links");
+    for line in &told {
+        assert!(line.contains("link `lbr_iiwa_link_"), "{line}");
+        assert!(
+            line.chars().any(|c| c.is_ascii_digit())
+                && (line.contains("taken") || line.contains("left out")),
+            "{line}"
+        );
+    }
+    let inertia = InertiaCheck::PositiveMoments;
+    let asked = read_file(path("iiwa7.urdf"), &ReadOptions { inertia, ..ReadOptions::default() });
+    let masses = |d: &Description| -> Vec<_> {
+        d.builder.bodies().iter().map(|b| b.mass.inertia_com).collect()
+    };
+    assert_eq!(masses(&d), masses(&asked.unwrap()));
+    let strict = ReadOptions { unphysical: Unphysical::Refused, ..ReadOptions::default() };
+    let refused = read_file(path("iiwa7.urdf"), &strict).unwrap_err().to_string();
+    assert!(refused.contains("lbr_iiwa_link_"), "{refused}");
+}
+
 #[test]
 fn husky_rolls_on_four_wheels() {
-    if !path("husky.urdf").is_file() {
-        println!("skipped: reference data robots/husky.urdf is not here");
+    if !there("husky.urdf") {
         return;
     }
     let options = ReadOptions { root: Root::Free, ..ReadOptions::default() };
@@ -221,8 +261,7 @@ fn husky_rolls_on_four_wheels() {
 
 #[test]
 fn leo_has_a_differential_that_is_fixed() {
-    if !path("leo.urdf").is_file() {
-        println!("skipped: reference data robots/leo.urdf is not here");
+    if !there("leo.urdf") {
         return;
     }
     let d = read_file(path("leo.urdf"), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));

@@ -134,11 +134,12 @@ pub fn solve(M: &[f64], n: usize, rhs: &[f64]) -> Vec<f64> {
     x.expect("regular matrix").as_slice().to_vec()
 }
 
-/// A file of the reference data, or `None` with a printed line.
+/// A file of the reference data, or `None` with a printed line; where `CI` is set a missing one is a failure.
 pub fn reference_text(path: &str) -> Option<String> {
     let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference"));
     let text = std::fs::read_to_string(root.join(path)).ok();
     if text.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "reference data {path} are missing");
         println!("skipped: reference data {path} is not here");
     }
     text
