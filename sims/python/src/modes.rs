@@ -97,7 +97,9 @@ impl Modes {
         damping_ratio: f64,
         attach: Option<Vec<[f64; 2]>>,
     ) -> PyResult<Self> {
-        let attach = attach.unwrap_or_default();
+        // Every body here has a node at its origin.
+        let mut attach = attach.unwrap_or_default();
+        attach.push([0.0, 0.0]);
         let plate =
             Plate { length, width, thickness, young, poisson, density, damping_ratio, attach };
         made(plate.modes(count))
