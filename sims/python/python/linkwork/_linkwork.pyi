@@ -28,6 +28,7 @@ __all__ = [
     "LinkworkError",
     "Log",
     "Mechanism",
+    "Modes",
     "Operator",
     "Operators",
     "Outcome",
