@@ -141,7 +141,7 @@ impl Earth {
         }
         let daily = Daily::of(table, epoch);
         let start = daily.at(0.0).0[0];
-        let dut1 = table.at(epoch).dut1;
+        let dut1 = start + epoch.tt_minus_utc() - 32.184;
         Ok(Self::made(epoch, dut1, TAU * TURNS, Observed::Daily(daily, start), duration))
     }
 
