@@ -246,17 +246,16 @@ impl InverseKinematics {
     /// JᵀJ of the free coordinates, its lower triangle.
     fn squares(&mut self, rows: usize, nv: usize) {
         let n = self.free.len();
-        self.squares[..n * n].fill(0.0);
+        let (J, out) = (&self.J[..rows * nv], &mut self.squares[..n * n]);
+        out.fill(0.0);
         // Mostly all are free: columns side by side.
-        let all = n == nv;
-        for J in self.J[..rows * nv].chunks_exact(nv.max(1)) {
+        if n == nv {
+            return of_size(n, |n| add_squares(n, J, out));
+        }
+        for J in J.chunks_exact(nv.max(1)) {
             for (a, i) in self.free.iter().enumerate() {
-                let (x, out) = (J[*i], &mut self.squares[a * n..a * n + a + 1]);
-                if all {
-                    out.iter_mut().zip(J).for_each(|(out, y)| *out += x * y);
-                } else {
-                    out.iter_mut().zip(&self.free).for_each(|(out, j)| *out += x * J[*j]);
-                }
+                let (x, out) = (J[*i], &mut out[a * n..a * n + a + 1]);
+                out.iter_mut().zip(&self.free).for_each(|(out, j)| *out += x * J[*j]);
             }
         }
     }
@@ -324,9 +323,36 @@ impl InverseKinematics {
 
     /// Jᵀ e.
     fn gradient_of(&mut self, rows: usize, nv: usize) {
-        self.gradient.fill(0.0);
-        for (J, e) in self.J.chunks_exact(nv.max(1)).zip(&self.e[..rows]) {
-            self.gradient.iter_mut().zip(J).for_each(|(g, x)| *g += x * e);
+        let (J, e, gradient) = (&self.J[..rows * nv], &self.e[..rows], &mut self.gradient[..nv]);
+        gradient.fill(0.0);
+        of_size(nv, |nv| {
+            let gradient = &mut gradient[..nv];
+            for (J, e) in J.chunks_exact(nv.max(1)).zip(e) {
+                gradient.iter_mut().zip(J).for_each(|(g, x)| *g += x * e);
+            }
+        });
+    }
+}
+
+/// Runs `f` with n: for arms of six and of seven axes with a number that the compiler knows, so that it unrolls the loops. The same
+/// operations in the same order.
+#[inline(always)]
+fn of_size<R>(n: usize, f: impl FnOnce(usize) -> R) -> R {
+    match n {
+        6 => f(6),
+        7 => f(7),
+        n => f(n),
+    }
+}
+
+/// Adds the lower triangle of JᵀJ; J has rows of n.
+#[inline(always)]
+fn add_squares(n: usize, J: &[f64], out: &mut [f64]) {
+    let out = &mut out[..n * n];
+    for J in J.chunks_exact(n.max(1)) {
+        for a in 0..n {
+            let (x, out) = (J[a], &mut out[a * n..a * n + a + 1]);
+            out.iter_mut().zip(J).for_each(|(out, y)| *out += x * y);
         }
     }
 }
@@ -334,7 +360,11 @@ impl InverseKinematics {
 /// A x = b for a symmetric positive definite A (its lower triangle), in place; false when it is not. A becomes L of A = L Lᵀ with the inverse of each number of its
 /// diagonal: quotients take several times as long as products.
 fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
-    let n = b.len();
+    of_size(b.len(), |n| factor(n, &mut A[..n * n]) && solve_factored_of(n, A, b))
+}
+
+#[inline(always)]
+fn factor(n: usize, A: &mut [f64]) -> bool {
     for j in 0..n {
         // Rows from j on, the first of them apart from the rest.
         let (first, rest) = A[j * n..].split_at_mut(n);
@@ -350,12 +380,17 @@ fn solve_spd(A: &mut [f64], b: &mut [f64]) -> bool {
         }
         first[at] = inverse;
     }
-    solve_factored(A, b)
+    true
 }
 
 /// L Lᵀ x = b in place, with the L that [`solve_spd`] left; false when x is not finite.
 fn solve_factored(A: &[f64], b: &mut [f64]) -> bool {
-    let n = b.len();
+    of_size(b.len(), |n| solve_factored_of(n, A, b))
+}
+
+#[inline(always)]
+fn solve_factored_of(n: usize, A: &[f64], b: &mut [f64]) -> bool {
+    let (A, b) = (&A[..n * n], &mut b[..n]);
     for i in 0..n {
         let row = &A[i * n..i * n + i + 1];
         let dot: f64 = row[..i].iter().zip(&*b).map(|(x, y)| x * y).sum();

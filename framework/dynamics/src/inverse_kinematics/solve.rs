@@ -3,7 +3,7 @@
 use super::closure::Asked;
 use super::{
     Closure, Found, InverseKinematics, InverseKinematicsError, Nearest, Place, Progress, Residual,
-    Target, Towards, log,
+    Target, Towards, log, of_size,
 };
 use crate::kinematics::poses;
 use crate::tree::Tree;
@@ -117,11 +117,9 @@ impl InverseKinematics {
         ];
         let whole = asked.place == Place::Point;
         for (_, from, weight) in parts.into_iter().filter(|p| p.0) {
-            for k in 0..3 {
-                for i in 0..nv {
-                    self.J[(row + k) * nv + i] = weight * self.J_node[J_node + (from + k) * nv + i];
-                }
-            }
+            let read = &self.J_node[J_node + from * nv..J_node + (from + 3) * nv];
+            let written = &mut self.J[row * nv..(row + 3) * nv];
+            written.iter_mut().zip(read).for_each(|(out, x)| *out = weight * x);
             if from == 3 && !whole {
                 self.keep_part(nv, row, |d| asked.place.part(d));
             }
@@ -199,11 +197,14 @@ impl InverseKinematics {
                 }
             }
         }
-        let along: f64 = self.step.iter().zip(&self.gradient).map(|(h, g)| h * g).sum();
-        let image = |r: usize| -> f64 {
-            self.J[r * nv..(r + 1) * nv].iter().zip(&self.step).map(|(J, h)| J * h).sum()
-        };
-        along - 0.5 * (0..rows).map(|r| image(r).powi(2)).sum::<f64>()
+        let (J, h) = (&self.J[..rows * nv], &self.step[..nv]);
+        let along: f64 = h.iter().zip(&self.gradient).map(|(h, g)| h * g).sum();
+        let images = of_size(nv, |nv| {
+            let h = &h[..nv];
+            let image = |J: &[f64]| J.iter().zip(h).map(|(J, h)| J * h).sum::<f64>().powi(2);
+            J.chunks_exact(nv.max(1)).map(image).sum::<f64>()
+        });
+        along - 0.5 * images
     }
 
     /// Within limits, for coordinates that may move; those with a whole turn between theirs by whole turns.
