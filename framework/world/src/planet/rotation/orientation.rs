@@ -186,6 +186,8 @@ pub(super) struct Daily {
     /// Midnights, s after the epoch.
     times: Vec<f64>,
     rows: Vec<[f64; COLUMNS]>,
+    /// Change of each row a second, from the row before to the row after.
+    slopes: Vec<[f64; COLUMNS]>,
 }
 
 impl Daily {
@@ -193,8 +195,14 @@ impl Daily {
     pub fn of(table: &EarthOrientation, epoch: &Epoch) -> Self {
         let before = table.days.partition_point(|d| d <= epoch);
         let from = before.saturating_sub(3).min(table.days.len() - 2);
-        let times = table.days[from..].iter().map(|d| d.since(epoch)).collect();
-        Self { times, rows: table.rows[from..].to_vec() }
+        let times: Vec<f64> = table.days[from..].iter().map(|d| d.since(epoch)).collect();
+        let rows = table.rows[from..].to_vec();
+        let slope = |k: usize| {
+            let (i, j) = (k.saturating_sub(1), (k + 1).min(times.len() - 1));
+            std::array::from_fn(|c| (rows[j][c] - rows[i][c]) / (times[j] - times[i]))
+        };
+        let slopes = (0..times.len()).map(slope).collect();
+        Self { times, rows, slopes }
     }
 
     /// Values and their rates (1/s) `t` seconds after the epoch. The first and the last row hold beyond them.
@@ -207,14 +215,10 @@ impl Daily {
         let (a, b) = (k - 1, k);
         let h = self.times[b] - self.times[a];
         let s = (t - self.times[a]) / h;
-        let slope = |k: usize, c: usize| {
-            let (i, j) = (k.saturating_sub(1), (k + 1).min(last));
-            (self.rows[j][c] - self.rows[i][c]) / (self.times[j] - self.times[i])
-        };
         let (mut value, mut rate) = ([0.0; COLUMNS], [0.0; COLUMNS]);
         for c in 0..COLUMNS {
-            let (y0, y1, m0, m1) =
-                (self.rows[a][c], self.rows[b][c], h * slope(a, c), h * slope(b, c));
+            let (y0, y1) = (self.rows[a][c], self.rows[b][c]);
+            let (m0, m1) = (h * self.slopes[a][c], h * self.slopes[b][c]);
             // Hermite's cubic: y0 + m0 s + (3d − 2m0 − m1) s² + (m0 + m1 − 2d) s³.
             let d = y1 - y0;
             let (p, q) = (3.0 * d - 2.0 * m0 - m1, m0 + m1 - 2.0 * d);
