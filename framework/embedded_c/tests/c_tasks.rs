@@ -174,16 +174,7 @@ fn parts_of_a_pose_and_preferences() {
         let mut ends = Vec::new();
         let effort = LwEffort { tolerances: [1e-9; 2], steps: 100, restarts: 8, kinematics: 9000 };
         let own = Effort { tolerances: [1e-9; 2], steps: 100, restarts: 8, kinematics: 9000 };
-        let likes = LwPrefer {
-            centred: 1.0,
-            near: 0.2,
-            manipulable: 0.3,
-            length: 0.5,
-            starts: 3,
-            steps: 60,
-        };
-        let LwPrefer { centred, near, manipulable, length, starts, steps } = likes;
-        let prefer = Prefer { centred, near, manipulable, length, starts, steps };
+        let (likes, prefer) = likes(3);
         for (goal, rust, frame) in goals() {
             let (mut q, mut theirs) = (Q, Q);
             quiet(|| lw_robot_reach(two.r, LEFT, &goal, &effort, q.as_mut_ptr(), 13, &mut answer));

@@ -59,16 +59,7 @@ fn several_tips_at_once() {
                 ],
             ),
         ];
-        let likes = LwPrefer {
-            centred: 1.0,
-            near: 0.2,
-            manipulable: 0.3,
-            length: 0.5,
-            starts: 2,
-            steps: 60,
-        };
-        let LwPrefer { centred, near, manipulable, length, starts, steps } = likes;
-        let prefer = Prefer { centred, near, manipulable, length, starts, steps };
+        let (likes, prefer) = likes(2);
         for (a, b, rust) in cases {
             let (goals, mut left) = ([a, b], [9.0; 4]);
             let (mut q, mut theirs) = (Q, Q);

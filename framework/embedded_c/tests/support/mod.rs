@@ -263,6 +263,14 @@ fn in_c(text: &str) -> (*mut LwModel, *mut LwRobot) {
     (m, r)
 }
 
+/// What counts beside the targets in a search for the best, in C and in Rust.
+pub fn likes(starts: usize) -> (LwPrefer, Prefer) {
+    let prefer =
+        Prefer { centred: 1.0, near: 0.2, manipulable: 0.3, length: 0.5, starts, steps: 60 };
+    let Prefer { centred, near, manipulable, length, starts, steps } = prefer;
+    (LwPrefer { centred, near, manipulable, length, starts, steps }, prefer)
+}
+
 /// A call that has to do what it is asked, and to take no memory.
 #[track_caller]
 pub fn quiet(call: impl FnOnce() -> LwStatus) {
