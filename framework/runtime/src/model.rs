@@ -246,6 +246,15 @@ pub trait Model: Sized + Send + Sync + 'static {
     }
 }
 
+/// Lanes of a body that turns freely: an explicit method steps its linear velocity in axes that do not turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Turning {
+    /// First lane of its quaternion [x y z w], of body axes in those of its parent.
+    pub attitude: usize,
+    /// First lane of [ω; v]: angular (rad/s) and linear velocity (m/s) relative to its parent, body axes.
+    pub velocity: usize,
+}
+
 /// What is known of a model or service: of its type before it is built, of the instance after.
 #[derive(Clone, Debug, Default)]
 pub struct Description {
@@ -274,6 +283,8 @@ pub struct Description {
     /// Lanes of the continuous state that the block itself brings onto their manifold after a step,
     /// and moves along their velocities in semi-implicit Euler.
     pub positions: std::ops::Range<usize>,
+    /// Velocities among its continuous states in axes that turn with a body.
+    pub turning: Vec<Turning>,
     /// Name of the kind of field that it reads.
     pub reads: Option<Text>,
     /// Of a field: the kind of what it shows.
@@ -300,6 +311,7 @@ impl Description {
             discrete: M::D::specs(),
             guards: M::G::specs(),
             positions: 0..0,
+            turning: Vec::new(),
             reads: M::Store::READS.map(Text::from),
             shows: None,
             imprint: Vec::new(),

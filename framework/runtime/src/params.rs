@@ -516,8 +516,8 @@ impl<T: ?Sized + Provided> Handle<T> {
                 cx.asked.push(handle.path().to_string());
                 Some(handle)
             }
-            Err((message, help)) => {
-                if !cx.services.failed.contains(&T::KIND) {
+            Err(missing) => {
+                if let Some((message, help)) = missing {
                     let message = format!("`{}`: {message}", cx.path);
                     cx.fault(origin, message, Some(help));
                 }

@@ -2,7 +2,7 @@
 use crate::block::{Prototype, Wiring};
 use crate::condition::Condition;
 use crate::identity::Identity;
-use crate::model::lanes;
+use crate::model::{Turning, lanes};
 use crate::ports::{Direction, PortKind, Text};
 use crate::services::{ServiceObject, Services};
 use crate::time::Seconds;
@@ -61,6 +61,8 @@ pub struct Plan {
     pub positioned: Vec<u32>,
     /// Lanes of x that semi-implicit Euler moves along their velocities.
     pub positions: Vec<Range<usize>>,
+    /// Bodies that turn freely, in lanes of x, where the method is an explicit one.
+    pub turning: Vec<Turning>,
     /// Lanes of x without a derivative.
     pub still: Vec<Range<usize>>,
     /// Lanes of x that blocks advance by themselves.

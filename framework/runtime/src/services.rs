@@ -569,8 +569,8 @@ impl<T: ?Sized> std::fmt::Debug for Handle<T> {
 #[derive(Clone, Default)]
 pub struct Services {
     objects: BTreeMap<String, ServiceObject>,
-    /// Kinds of services that could not be made: that they are missing is no further mistake.
-    pub(crate) failed: Vec<ServiceKind>,
+    /// Services that were refused: that one of them is missing is no further mistake.
+    pub(crate) failed: Vec<(String, ServiceKind)>,
     /// What there is to see.
     pub(crate) scenery: Scenery,
 }
@@ -602,15 +602,19 @@ impl Services {
     }
 
     /// The one at `path`, or, if no path is written, the provider nearest to `user` in the tree.
+    ///
+    /// # Errors
+    /// Fact and remedy; `None` where the part that would be it was refused: that is told already.
     pub fn find<T: ?Sized + Provided>(
         &self,
         path: Option<&str>,
         user: &str,
-    ) -> Result<Handle<T>, (String, String)> {
+    ) -> Result<Handle<T>, Option<(String, String)>> {
         let of_kind: Vec<(&str, Arc<T>)> =
             self.iter().filter_map(|(p, o)| Some((p, T::of(o)?))).collect();
         let paths: Vec<&str> = of_kind.iter().map(|(p, _)| *p).collect();
         let kind = T::KIND.text();
+        let mut refused = self.failed.iter().filter(|(_, kind)| *kind == T::KIND);
         match path {
             Some(path) => {
                 // As written, or relative to an enclosing assembly of the user.
@@ -621,15 +625,18 @@ impl Services {
                     if let Some((p, o)) = of_kind.iter().find(|(p, _)| *p == full) {
                         return Ok(Handle::new(p, o.clone()));
                     }
+                    if refused.clone().any(|(p, _)| *p == full) {
+                        return Err(None);
+                    }
                     if scope.is_empty() {
                         break;
                     }
                     scope = scope.rsplit_once('.').map_or("", |(head, _)| head);
                 }
-                Err((
+                Err(Some((
                     format!("there is no {kind} service `{path}`"),
                     remedy(path, &format!("{kind} services"), &paths),
-                ))
+                )))
             }
             None => {
                 let shared =
@@ -639,14 +646,15 @@ impl Services {
                     of_kind.iter().filter(|(p, _)| Some(shared(p)) == best).collect();
                 match nearest.as_slice() {
                     [(p, o)] => Ok(Handle::new(p, o.clone())),
-                    [] => Err((
+                    _ if refused.next().is_some() => Err(None),
+                    [] => Err(Some((
                         format!("needs a {kind} service and there is none"),
                         format!("add a part that provides {kind}"),
-                    )),
-                    _ => Err((
+                    ))),
+                    _ => Err(Some((
                         format!("needs a {kind} service and there are {}", nearest.len()),
                         format!("name one of: {}", paths.join(", ")),
-                    )),
+                    ))),
                 }
             }
         }

@@ -115,6 +115,7 @@ pub(crate) fn describe<M: SizedModel>(p: &M::Params) -> Description {
         discrete: ports.discrete,
         guards: ports.guards,
         positions: 0..0,
+        turning: Vec::new(),
         reads: M::Store::READS.map(Text::from),
         shows: None,
         imprint: Vec::new(),

@@ -25,4 +25,5 @@ mod surroundings;
 mod thrusters;
 mod touch_and_go;
 mod trajectories;
+mod turning;
 mod variants;

@@ -21,6 +21,30 @@ fn a_tank_with_negative_propellant_is_refused() {
     assert!(scene(&text.replace("-1 kg", "1 kg"), &[]).is_ok());
 }
 
+/// Gravity that is refused is the one mistake: not also that the craft, and the radar beside it, find none.
+#[test]
+fn what_is_refused_is_not_said_to_be_missing_too() {
+    let text = r#"Simulation(
+    bodies: { "craft": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10]) },
+    parts: {
+        "Gravity": (model: "environment.zonal_gravity", params: { "mu": 3.986e14, "radius": 6378137, "planet": (orientation: "nowhere.txt") }),
+        "Air": (model: "environment.us76"),
+    },
+    gravity: "Gravity", step: "10 ms", until: "1 s",
+)"#;
+    let told = scene(text, &[]).err().unwrap();
+    assert!(told.contains("there is no file `nowhere.txt`"), "{told}");
+    assert!(!told.contains("gravity service"), "{told}");
+    // One that is not there at all is.
+    let whole = text.replace(r#", "planet": (orientation: "nowhere.txt")"#, "");
+    assert!(scene(&whole, &[]).is_ok());
+    for text in [text, &whole] {
+        let other = text.replace(r#"gravity: "Gravity""#, r#"gravity: "Gravty""#);
+        let told = scene(&other, &[]).err().unwrap();
+        assert!(told.contains("there is no gravity service `Gravty`"), "{told}");
+    }
+}
+
 /// Below its glide slope `flight.convex_descent` has no plan: that is an output, which the log has, and is told at the start; the
 /// quadratic law brings the lander down at the end of `times`.
 #[test]

@@ -96,7 +96,8 @@ fn touching(plan: &mut Plan, place: &PlaceForm) -> Result<Placed, Fault> {
     })?;
     let terrain = place.terrain.as_ref();
     let handle: Handle<dyn Terrain> =
-        plan.services.find(terrain.map(|t| t.text.as_str()), "").map_err(|(m, h)| {
+        plan.services.find(terrain.map(|t| t.text.as_str()), "").map_err(|missing| {
+            let (m, h) = missing.unwrap_or_default();
             let origin = terrain.map_or(place.origin, |t| t.origin);
             Fault::new(origin, format!("`place`: {m}")).help(h)
         })?;

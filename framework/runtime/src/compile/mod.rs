@@ -160,6 +160,7 @@ pub(crate) fn compile_phase(
         stored,
         fields,
         positions: settings::lanes_of(&parts, |d, x| x + d.positions.start..x + d.positions.end),
+        turning: settings::turning(&parts, integration.method),
         still: settings::lanes_of(&parts, |d, x| match d.functions.deriv {
             true => 0..0,
             false => x..x + lanes(&d.continuous),
@@ -270,7 +271,7 @@ fn build_services(
         if let Some(object) = made::service(part, entry, &files, &mut cx) {
             services.add(&part.path, object);
         } else if let Some(kind) = entry.service_kind() {
-            services.failed.push(kind);
+            services.failed.push((part.path.clone(), kind));
         }
         faults.append(&mut located(cx.faults, part));
     }

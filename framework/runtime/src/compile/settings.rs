@@ -1,13 +1,13 @@
 //! How the states are integrated, and which of their lanes follow rules of their own.
 use super::Part;
-use crate::model::{Description, lanes};
+use crate::model::{Description, Turning, lanes};
 use crate::pattern;
 use crate::plan::{Asked, Integration, Place, Variable};
 use crate::ports::PortKind;
 use crate::services::{ServiceKind, ServiceObject, Services};
 use crate::spec::Spec;
 use crate::value::{Fault, Origin};
-use linkwork_integrate::{Control, Limits, Norm, Tolerances};
+use linkwork_integrate::{Control, Limits, Method, Norm, Tolerances};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -18,6 +18,20 @@ pub(super) fn lanes_of(
 ) -> Vec<Range<usize>> {
     let all = parts.iter().map(|p| range(p.prototype.description(), p.wiring.x));
     all.filter(|r| !r.is_empty()).collect()
+}
+
+/// Bodies that turn freely, in lanes of the whole state. Methods that need derivatives by the state, and the semi-implicit one, which has a
+/// rule of its own for them, step their velocities as they are.
+pub(super) fn turning(parts: &[Part<'_>], method: Method) -> Vec<Turning> {
+    if !matches!(method, Method::Explicit(_)) {
+        return Vec::new();
+    }
+    let all = parts.iter().flat_map(|p| {
+        let x = p.wiring.x;
+        let own = p.prototype.description().turning.iter();
+        own.map(move |t| Turning { attitude: x + t.attitude, velocity: x + t.velocity })
+    });
+    all.collect()
 }
 
 /// Signal lanes that blocks write while they advance by themselves.

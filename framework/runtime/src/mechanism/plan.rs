@@ -6,7 +6,7 @@ use super::masses::Varying;
 use super::ports::MechanismPorts;
 use super::spec::{ContactSpec, MechanismSpec};
 use crate::block::{Block, Carried, Failure, Named, OldState, Prototype, Wiring};
-use crate::model::{Description, Functions};
+use crate::model::{Description, Functions, Turning};
 use crate::ports::{PortKind, PortSpec};
 use crate::services::{Gravity, Terrain};
 use crate::value::{Fault, Origin, Value};
@@ -201,6 +201,16 @@ impl MechanismPlan {
         m.nq() + m.nv() + 2 * m.motions() + self.bristles()
     }
 
+    /// Lanes of the bodies on free hinges.
+    fn turning(&self) -> Vec<Turning> {
+        let m = &self.multibody;
+        let lanes = m.turning().map(|(body, v)| {
+            let attitude = m.get(body).subhinges()[0].q.start + 3;
+            Turning { attitude, velocity: m.nq() + v }
+        });
+        lanes.collect()
+    }
+
     fn describe(&self) -> Description {
         let steps = self.contact.is_some() || self.rolling.is_some();
         let mut d = Description {
@@ -216,6 +226,7 @@ impl MechanismPlan {
                 ..Functions::default()
             },
             positions: if steps { 0..0 } else { 0..self.multibody.nq() },
+            turning: if steps { Vec::new() } else { self.turning() },
             ..Description::default()
         };
         let numbers = |name: &'static str, n| PortSpec::named(name, PortKind::Numbers, n);

@@ -182,8 +182,8 @@ impl MechanismSpec {
         let rolling = rolling.map_err(|e| out.faults.push(Fault::of(spec.origin, &e))).ok();
         match services.find::<dyn Terrain>(spec.terrain.as_deref(), &self.path) {
             Ok(terrain) => Some((rolling?, terrain.object().clone())),
-            Err(_) if services.failed.contains(&ServiceKind::Terrain) => None,
-            Err((fact, help)) => {
+            Err(None) => None,
+            Err(Some((fact, help))) => {
                 out.faults.push(Fault::new(spec.origin, format!("`place`: {fact}")).help(help));
                 None
             }
@@ -274,8 +274,8 @@ impl MechanismSpec {
         };
         let terrain = match services.find::<dyn Terrain>(named, &self.path) {
             Ok(terrain) => terrain,
-            Err(_) if services.failed.contains(&ServiceKind::Terrain) => return here,
-            Err((fact, help)) => {
+            Err(None) => return here,
+            Err(Some((fact, help))) => {
                 fault(
                     fact,
                     format!(
@@ -383,9 +383,11 @@ impl MechanismSpec {
         }
         match services.find::<dyn Gravity>(self.gravity.as_deref(), &self.path) {
             Ok(handle) => Some(handle.object().clone()),
-            Err((message, help)) => {
-                let fact = format!("the mechanism: {message}");
-                out.faults.push(Fault::new(self.origin, fact).help(help));
+            Err(missing) => {
+                if let Some((message, help)) = missing {
+                    let fact = format!("the mechanism: {message}");
+                    out.faults.push(Fault::new(self.origin, fact).help(help));
+                }
                 None
             }
         }

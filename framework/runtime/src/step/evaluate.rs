@@ -1,7 +1,7 @@
 //! Evaluations: operations in their order, derivatives, and what an integrator sees of them.
 use super::linearise::Linear;
 use super::pins::Pins;
-use super::solve;
+use super::{solve, turning};
 use crate::block::{Block, Evaluation, Failure, Now, Outcome};
 use crate::plan::{Op, Plan};
 use linkwork_integrate::{At, System};
@@ -124,6 +124,8 @@ pub(super) struct Running<'a> {
     pub number: &'a mut u64,
     /// Storage for derivatives by the state, when the method wants them.
     pub linear: Option<&'a mut Linear>,
+    /// Its states are those [within a step](turning): storage for one in body axes. Without it they are in body axes themselves.
+    pub stage: Option<&'a mut [f64]>,
 }
 
 impl Running<'_> {
@@ -149,9 +151,20 @@ impl System for Running<'_> {
     #[inline]
     fn derivatives(&mut self, t: f64, x: &[f64], xdot: &mut [f64]) -> Result<(), Stopped> {
         let now = self.next(t);
-        let Running { plan, blocks, d, sig, pins, .. } = self;
-        run_all(blocks, plan, &plan.stage_ops, &now, (x, d, sig), *pins)?;
-        derivatives(blocks, plan, &now, (x, d, sig), *pins, xdot)
+        let Running { plan, blocks, d, sig, pins, stage, .. } = self;
+        let Some(stage) = stage else {
+            run_all(blocks, plan, &plan.stage_ops, &now, (x, d, sig), *pins)?;
+            return derivatives(blocks, plan, &now, (x, d, sig), *pins, xdot);
+        };
+        stage.copy_from_slice(x);
+        turning::leave(&plan.turning, stage);
+        if let Some(pins) = pins {
+            pins.states(stage);
+        }
+        run_all(blocks, plan, &plan.stage_ops, &now, (stage, d, sig), *pins)?;
+        derivatives(blocks, plan, &now, (stage, d, sig), *pins, xdot)?;
+        turning::enter_rates(&plan.turning, stage, xdot);
+        Ok(())
     }
 
     fn jacobian(&mut self, t: f64, at: &At<'_>, out: &mut [f64]) -> Result<bool, Stopped> {
@@ -167,7 +180,14 @@ impl System for Running<'_> {
 
     #[inline]
     fn project(&mut self, _: f64, x: &mut [f64]) -> Result<(), Stopped> {
-        project(self.blocks, self.plan, self.pins, x)
+        let Some(own) = &mut self.stage else {
+            return project(self.blocks, self.plan, self.pins, x);
+        };
+        own.copy_from_slice(x);
+        turning::leave(&self.plan.turning, own);
+        project(self.blocks, self.plan, self.pins, own)?;
+        turning::enter_projected(&self.plan.turning, own, x);
+        Ok(())
     }
 
     fn projects(&self) -> bool {

@@ -222,7 +222,8 @@ impl Simulation {
         let Simulation { state, blocks, work, .. } = self;
         let State { d, sig, pins, .. } = state;
         let (number, pins) = (&mut work.number, pins.as_deref());
-        let mut running = Running { plan, blocks, d, sig, now, pins, number, linear: None };
+        let (linear, stage) = (None, None);
+        let mut running = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
         running.guards_at(t, x, values)
     }
 

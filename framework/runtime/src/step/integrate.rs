@@ -1,6 +1,8 @@
 //! From an instant towards the next row: steps of the integrator, and of blocks that advance by
 //! themselves. A guard that changes its sign on the way ends it there.
 use super::evaluate::{self, Running, Stopped};
+use super::pins::Pins;
+use super::turning;
 use super::{RunError, Simulation, State, Stop};
 use crate::block::{Evaluation, Now};
 use crate::plan::{Place, Plan};
@@ -68,27 +70,45 @@ impl Simulation {
         let Simulation { state, blocks, work, .. } = self;
         let State { x, d, sig, memory, pins, .. } = state;
         let pins = pins.as_deref();
+        let turns = !plan.turning.is_empty();
         let k1 = match known {
             false => work.integrator.end_derivatives().map(|k| work.xdot.copy_from_slice(k)),
             true => {
                 let derived =
                     evaluate::derivatives(blocks, plan, &now, (x, d, sig), pins, &mut work.xdot);
-                Some(derived.map_err(Failure::System)?)
+                derived.map_err(Failure::System)?;
+                turning::enter_rates(&plan.turning, x, &mut work.xdot);
+                Some(())
             }
         };
         let k1 = k1.map(|()| &work.xdot[..]);
+        let moved = if turns {
+            work.inside.copy_from_slice(x);
+            turning::enter(&plan.turning, &mut work.inside);
+            &mut work.inside
+        } else {
+            &mut *x
+        };
         let (number, linear) = (&mut work.number, work.linear.as_deref_mut());
-        let mut system = Running { plan, blocks, d, sig, now, pins, number, linear };
-        match &plan.integration.control {
+        let stage = turns.then_some(&mut work.stage[..]);
+        let mut system = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
+        let taken = match &plan.integration.control {
             None => {
-                work.integrator.step_fixed(&mut system, t, rest, x, k1)?;
-                Ok((rest, true))
+                work.integrator.step_fixed(&mut system, t, rest, moved, k1)?;
+                (rest, true)
             }
             Some(control) => {
-                let step = work.integrator.advance(&mut system, control, t, rest, x, k1, memory)?;
-                Ok((step.h, step.end))
+                let integrator = &mut work.integrator;
+                let step = integrator.advance(&mut system, control, t, rest, moved, k1, memory)?;
+                (step.h, step.end)
             }
+        };
+        if turns {
+            std::mem::swap(x, &mut work.start);
+            x.copy_from_slice(&work.inside);
+            end_of_step(plan, pins, &work.start, x);
         }
+        Ok(taken)
     }
 
     /// Blocks that advance by themselves, over `length` s from the present instant.
@@ -161,16 +181,15 @@ impl Simulation {
         } else {
             let State { d, sig, pins, .. } = state;
             let (number, pins) = (&mut work.number, pins.as_deref());
-            let mut system = Running { plan, blocks, d, sig, now, pins, number, linear: None };
+            let (linear, stage) = (None, (!plan.turning.is_empty()).then_some(&mut work.stage[..]));
+            let mut system = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
             // A step has a length: at its start the dense output is the state.
             if purpose == Purpose::Look || theta == 0.0 {
                 work.integrator.dense(&mut system)?.at(theta, &mut work.inside);
             } else {
                 work.integrator.again(&mut system, (now.t, theta * h), &mut work.inside)?;
             }
-            if let Some(pins) = pins {
-                pins.states(&mut work.inside);
-            }
+            end_of_step(plan, pins, &work.start, &mut work.inside);
         }
         if plan.steps.is_empty() {
             return Ok(());
@@ -250,6 +269,15 @@ impl Simulation {
             ),
             Failure::NoStep => error(0, "no step was taken".into(), "tell the authors"),
         }
+    }
+}
+
+/// The state that a step from `start` came to, as the run has it: in body axes, with what keeps its value.
+#[inline]
+fn end_of_step(plan: &Plan, pins: Option<&Pins>, start: &[f64], x: &mut [f64]) {
+    turning::end(&plan.turning, start, x);
+    if let Some(pins) = pins {
+        pins.states(x);
     }
 }
 

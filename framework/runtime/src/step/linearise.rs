@@ -552,6 +552,7 @@ impl Simulation {
             pins: None,
             number,
             linear: None,
+            stage: None,
         };
         work(&mut system, now.t).map_err(|stopped| self.stopped(stopped))
     }

@@ -19,6 +19,7 @@ mod settle;
 mod solve;
 mod state;
 mod stiffness;
+mod turning;
 
 pub use moves::MoveReport;
 pub(crate) use moves::Route;
@@ -109,6 +110,9 @@ pub(crate) struct Work {
     linear: Option<Box<Linear>>,
     /// A state within a step.
     inside: Vec<f64>,
+    /// Where bodies turn freely: the state at the start of a step, and that of a stage in body axes.
+    start: Vec<f64>,
+    stage: Vec<f64>,
     /// The state at the start of a step that may have to be done again.
     before: State,
     stores: Vec<Option<Box<dyn std::any::Any + Send>>>,
@@ -132,6 +136,8 @@ impl Work {
                 && Linear::size(plan) <= Linear::SIZE_MAX)
                 .then(|| Box::new(Linear::new(plan))),
             inside: vec![0.0; n],
+            start: vec![0.0; if plan.turning.is_empty() { 0 } else { n }],
+            stage: vec![0.0; if plan.turning.is_empty() { 0 } else { n }],
             before: State::default(),
             stores: plan.steps.iter().map(|_| None).collect(),
             advanced: (0.0, 0.0),

@@ -126,7 +126,8 @@ fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
     let Work { integrator, xdot, .. } = &mut work;
     let (blocks, number) = (&mut blocks[..], &mut 1);
     let (d, sig) = (&state.d, &mut state.sig);
-    let run = Running { plan, blocks, d, sig, now, pins: None, number, linear: None };
+    let (linear, stage) = (None, None);
+    let run = Running { plan, blocks, d, sig, now, pins: None, number, linear, stage };
     let mut system = Held { run, held };
     let x = &mut state.x;
     held.iter().for_each(|&k| x[k] = 0.0);
