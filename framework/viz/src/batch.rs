@@ -4,11 +4,13 @@
 //! next, so that a recording that is still loading shows a machine torn apart. Here the poses of
 //! one instant stand side by side: all of them are rows of one entity, `transforms`, each naming
 //! the frame that it places. Forces and curves of the same stretch of time follow.
+use crate::eye::Base;
+use crate::shapes::f3;
 use crate::stream::Wrap;
-use linkwork_spatial::Pose;
+use linkwork_spatial::{Pose, Vec3};
 use re_sdk::log::TimeColumn;
 use re_sdk::{EntityPath, RecordingStream};
-use re_sdk_types::components::TransformFrameId;
+use re_sdk_types::components::{Radius, TransformFrameId};
 
 /// The timeline of all that is shown: simulated time.
 pub const TIMELINE: &str = "sim_time";
@@ -16,31 +18,49 @@ pub const TIMELINE: &str = "sim_time";
 /// Instants in a batch, when they come fast.
 pub const INSTANTS: usize = 64;
 
+/// Thickness of an arrow on the screen (points), whatever the size of the machine.
+const THICK: f32 = 2.0;
+
 /// Moving frames: their names, and their poses over a stretch of time.
 #[derive(Default)]
 pub struct Frames {
     names: Vec<TransformFrameId>,
+    /// In which frame each pose is.
+    parents: Vec<TransformFrameId>,
     t: Vec<i64>,
     translations: Vec<[f32; 3]>,
     rotations: Vec<re_sdk_types::datatypes::Quaternion>,
 }
 
 impl Frames {
-    /// Of the entities that move.
-    pub fn new(entities: &[EntityPath]) -> Frames {
-        let names = entities.iter().map(TransformFrameId::from_entity_path).collect();
-        Frames { names, ..Frames::default() }
+    /// Of the entities that move, told in a base; the base itself, where it is not W, is the last.
+    pub fn new(entities: impl Iterator<Item = EntityPath>, base: &Base) -> Frames {
+        let mut names: Vec<TransformFrameId> =
+            entities.map(|path| TransformFrameId::from_entity_path(&path)).collect();
+        let mut parents = vec![base.frame(); names.len()];
+        if let Base::Eye(_) = base {
+            names.push(base.frame());
+            parents.push(Base::World.frame());
+        }
+        Frames { names, parents, ..Frames::default() }
     }
 
-    /// Adds an instant (ns): a pose in W for each frame, in their order.
-    pub fn push(&mut self, t: i64, poses: impl Iterator<Item = Pose>) {
+    /// Adds an instant (ns): where the base is, and a pose in W for each frame, in their order.
+    pub fn push(&mut self, t: i64, base: &Base, poses: impl Iterator<Item = Pose>) {
         for pose in poses {
-            let (p, q) = (pose.position, pose.rotation);
-            self.t.push(t);
-            self.translations.push([p.x as f32, p.y as f32, p.z as f32]);
-            let q = [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
-            self.rotations.push(re_sdk_types::datatypes::Quaternion::from_xyzw(q));
+            self.add(t, &base.pose(&pose));
         }
+        if let Base::Eye(pose) = base {
+            self.add(t, pose);
+        }
+    }
+
+    fn add(&mut self, t: i64, pose: &Pose) {
+        let q = pose.rotation;
+        self.t.push(t);
+        self.translations.push(f3(&pose.position));
+        let q = [q.i as f32, q.j as f32, q.k as f32, q.w as f32];
+        self.rotations.push(re_sdk_types::datatypes::Quaternion::from_xyzw(q));
     }
 
     /// Sends what has been gathered.
@@ -49,12 +69,11 @@ impl Frames {
             return Ok(());
         }
         let n = self.t.len();
-        let root = TransformFrameId::from_entity_path(&EntityPath::root());
         let columns = re_sdk_types::archetypes::Transform3D::update_fields()
             .with_many_translation(self.translations.drain(..))
             .with_many_quaternion(self.rotations.drain(..))
             .with_many_child_frame(self.names.iter().cycle().take(n).cloned())
-            .with_many_parent_frame(std::iter::repeat_n(root, n))
+            .with_many_parent_frame(self.parents.iter().cycle().take(n).cloned())
             .columns_of_unit_batches()?;
         rec.send_columns("transforms", [time(self.t.drain(..))], columns)?;
         Ok(())
@@ -72,20 +91,28 @@ pub struct Arrows {
 }
 
 impl Arrows {
-    /// Of an entity whose origin and vector are in W, wherever it stands in the tree.
-    pub fn open(rec: &RecordingStream, entity: EntityPath, color: [u8; 4]) -> Result<Arrows, Wrap> {
-        let root = TransformFrameId::from_entity_path(&EntityPath::root());
-        rec.log_static(entity.clone(), &re_sdk_types::archetypes::CoordinateFrame::new(root))?;
-        let [r, g, b, a] = color;
+    /// Of an entity whose origin and vector are told in a base, wherever it stands in the tree.
+    pub fn open(
+        rec: &RecordingStream,
+        entity: EntityPath,
+        [r, g, b, a]: [u8; 4],
+        base: &Base,
+    ) -> Result<Arrows, Wrap> {
+        let frame = re_sdk_types::archetypes::CoordinateFrame::new(base.frame());
+        rec.log_static(entity.clone(), &frame)?;
         let look = re_sdk_types::archetypes::Arrows3D::update_fields()
             .with_colors([re_sdk_types::components::Color::from_unmultiplied_rgba(r, g, b, a)])
-            .with_radii([0.02]);
+            .with_radii([Radius::new_ui_points(THICK)]);
         rec.log_static(entity.clone(), &look)?;
         Ok(Arrows { entity, t: Vec::new(), origins: Vec::new(), vectors: Vec::new(), last: None })
     }
 
-    /// Adds an instant (ns).
-    pub fn push(&mut self, t: i64, origin: [f32; 3], vector: [f32; 3]) {
+    /// Adds an instant (ns): its origin (m) and its vector in W, and where the base is.
+    pub fn push(&mut self, t: i64, base: &Base, origin: &Vec3, vector: &Vec3) {
+        self.add(t, f3(&base.point(origin)), f3(&base.vector(vector)));
+    }
+
+    fn add(&mut self, t: i64, origin: [f32; 3], vector: [f32; 3]) {
         self.t.push(t);
         self.origins.push(origin);
         self.vectors.push(vector);
@@ -95,7 +122,7 @@ impl Arrows {
     /// From an instant (ns) on it has no length: a viewer goes on showing what it was told last.
     pub fn shorten(&mut self, t: i64) {
         if let Some(origin) = self.last {
-            self.push(t, origin, [0.0; 3]);
+            self.add(t, origin, [0.0; 3]);
         }
     }
 

@@ -5,6 +5,8 @@
 #[cfg(feature = "viewer")]
 mod batch;
 #[cfg(feature = "viewer")]
+mod eye;
+#[cfg(feature = "viewer")]
 mod ground;
 #[cfg(feature = "viewer")]
 mod layers;

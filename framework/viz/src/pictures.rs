@@ -1,4 +1,5 @@
 //! What the cameras of a simulation see: their images, and where they were taken.
+use crate::eye::Base;
 use crate::shapes::{entity, f3};
 use linkwork_render::{Image, Lens, Picture};
 use linkwork_runtime::{Program, Seen, Shown, Shows};
@@ -47,8 +48,8 @@ impl Eye {
         Self { path, number: 0 }
     }
 
-    /// What is new in what it shows.
-    pub fn look(&mut self, shown: &Shown) -> Vec<Sent> {
+    /// What is new in what it shows, told in a base: it goes with that until the next picture.
+    pub fn look(&mut self, shown: &Shown, base: &Base) -> Vec<Sent> {
         let Some(Seen { data: picture, .. }) = shown.downcast_ref::<Seen<Picture>>() else {
             return Vec::new();
         };
@@ -57,16 +58,23 @@ impl Eye {
         }
         self.number = picture.number;
         let at = place(&self.path);
-        let q = picture.pose.rotation;
+        let told = base.pose(&picture.pose);
+        let q = told.rotation;
         let turn = Quaternion::from_xyzw([q.i as f32, q.j as f32, q.k as f32, q.w as f32]);
-        let pose = Transform3D::from_translation_rotation(f3(&picture.pose.position), turn);
+        let mut pose = Transform3D::from_translation_rotation(f3(&told.position), turn);
+        if let Base::Eye(_) = base {
+            pose = pose.with_parent_frame(base.frame());
+        }
         let mut out: Vec<Sent> = vec![(at.clone(), Box::new(pose))];
         if let Lens::Brown(lens) = &picture.lens {
             let size = [picture.width as f32, picture.height as f32];
             let focal = lens.focal.map(|f| f as f32);
-            let pinhole = Pinhole::from_focal_length_and_resolution(focal, size)
+            let mut pinhole = Pinhole::from_focal_length_and_resolution(focal, size)
                 .with_camera_xyz(ViewCoordinates::RDF)
                 .with_image_plane_distance(PYRAMID);
+            if let Base::Eye(_) = base {
+                pinhole = pinhole.with_parent_frame(base.frame());
+            }
             out.push((at.clone(), Box::new(pinhole)));
         }
         out.push((image(&self.path), Box::new(shown_image(&picture.image))));

@@ -28,12 +28,13 @@ pub struct Player {
     /// Columns of a variable: an arrow and a curve may show the same.
     columns: BTreeMap<String, Vec<usize>>,
     values: Vec<Told>,
-    /// First column of each arrow, and when it was drawn last (ns).
-    arrows: Vec<(usize, Option<u64>)>,
-    /// Column of each curve, and the same.
+    /// First column of each arrow.
+    arrows: Vec<usize>,
+    /// Column of each curve, and when it was drawn last (ns).
     curves: Vec<(usize, Option<u64>)>,
-    /// The instant of `poses`, while its lines and jets are not drawn: values of the same instant may follow.
+    /// The instant of `poses`, while its lines and jets are not drawn.
     posed: Option<u64>,
+    /// The present instant: arrows, lines and jets are drawn when it is whole, since its poses and values come in any order.
     now: Option<u64>,
 }
 
@@ -60,7 +61,7 @@ impl Player {
         }
         let (values, poses) =
             (vec![None; view.columns.len()], vec![None; view.bodies.len() + nodes.len()]);
-        let arrows = view.arrows.iter().map(|first| (*first, None)).collect();
+        let arrows = view.arrows.clone();
         let curves = view.curves.iter().map(|(_, _, column, _)| (*column, None)).collect();
         let viewer = view.file(path)?;
         let now = None;
@@ -114,15 +115,6 @@ impl Player {
                 self.viewer.curve(k, t, value);
             }
         }
-        for (k, (first, drawn)) in self.arrows.iter_mut().enumerate() {
-            let six = &self.values[*first..*first + 6];
-            let own = columns.iter().any(|c| (*first..*first + 6).contains(c));
-            let told: Vec<f64> =
-                six.iter().flatten().filter(|told| told.0 == ns).map(|told| told.1).collect();
-            if own && told.len() == 6 && drawn.replace(ns) != Some(ns) {
-                self.viewer.arrow(k, t, &told);
-            }
-        }
         Ok(())
     }
 
@@ -159,11 +151,23 @@ impl Player {
     /// What is told from now on is of another instant.
     fn at(&mut self, ns: u64) -> Result<(), VizError> {
         if let Some(before) = self.now.replace(ns).filter(|before| *before != ns) {
-            self.strands();
-            self.viewer.ground_changes(before.cast_signed());
+            self.whole(before);
             self.viewer.passed()?;
         }
         Ok(())
+    }
+
+    /// All of an instant (ns) has been told.
+    fn whole(&mut self, ns: u64) {
+        for (k, first) in self.arrows.iter().enumerate() {
+            let six = self.values[*first..*first + 6].iter().flatten();
+            let told: Vec<f64> = six.filter(|told| told.0 == ns).map(|told| told.1).collect();
+            if told.len() == 6 {
+                self.viewer.arrow(k, ns.cast_signed(), &told);
+            }
+        }
+        self.strands();
+        self.viewer.ground_changes(ns.cast_signed());
     }
 
     /// Lines and jets of the instant whose poses were told last, by what was told of it and shortly before.
@@ -182,9 +186,8 @@ impl Player {
     /// # Errors
     /// The recording cannot be written.
     pub fn finish(mut self) -> Result<NotShown, VizError> {
-        self.strands();
         if let Some(now) = self.now {
-            self.viewer.ground_changes(now.cast_signed());
+            self.whole(now);
         }
         self.viewer.end()?;
         let untold = |columns: &Vec<usize>| columns.iter().all(|c| self.values[*c].is_none());

@@ -23,7 +23,7 @@ pub type Shown = (Vec<f64>, Vec<f64>);
 const LANES: usize = 8;
 
 /// All that a recording shows, by entity, component and number: `/plots/Angle/bob Scalars:scalars[0]`. Poses are
-/// named by the frame that they place. What never changes has the time 0. Colours and texts count as numbers.
+/// named by the frame that they place, and are in that of their parent: `view/eye` where a body is followed. What never changes has the time 0. Colours and texts count as numbers.
 ///
 /// # Errors
 /// The file cannot be read, is no recording, or is cut.

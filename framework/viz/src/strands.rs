@@ -4,6 +4,7 @@
 //! there where both of its ends are, and bright where what pulls it is above zero; a value that is not known is that of no
 //! line.
 use crate::batch::time;
+use crate::eye::Base;
 use crate::scene::{End, Scene};
 use crate::shapes::{entity, f3};
 use crate::stream::Wrap;
@@ -26,6 +27,8 @@ enum At {
 
 /// What a viewer knows of an instant.
 pub struct Instant<'a> {
+    /// In which what moves is told.
+    pub base: Base,
     /// Poses of the entities; `None`: not there.
     pub poses: &'a [Option<Pose>],
     /// Value of a column; NaN: not known.
@@ -47,7 +50,7 @@ impl At {
 /// A line over a stretch of time.
 struct Line {
     entity: EntityPath,
-    /// Whose axes it is drawn in; W without one.
+    /// Whose axes it is drawn in; those of what moves without one.
     base: Option<usize>,
     ends: [At; 2],
     /// Column of what pulls.
@@ -126,16 +129,17 @@ fn color([r, g, b, a]: [u8; 4], part: f32) -> Color {
 }
 
 impl Strands {
-    /// Sends what does not change. `entities`: the bodies first.
+    /// Sends what does not change. `entities`: the bodies first; lines of no body are told in a base.
     pub fn open(
         rec: &RecordingStream,
         scene: &Scene,
         places: Places,
         entities: &[EntityPath],
+        base: &Base,
     ) -> Result<Strands, Wrap> {
         let mut out = Strands::default();
         let frame = |of: Option<usize>| {
-            let path = of.map_or_else(EntityPath::root, |body| entities[body].clone());
+            let path = of.map_or_else(|| base.path(), |body| entities[body].clone());
             CoordinateFrame::new(TransformFrameId::from_entity_path(&path))
         };
         for (line, (ends, pull)) in scene.lines.iter().zip(places.lines) {
@@ -171,11 +175,11 @@ impl Strands {
         for line in &mut self.lines {
             let pull = line.pull.map(now.value);
             let ends = line.ends.each_ref().map(|e| e.point(now));
-            let base = line.base.map(|b| now.poses[b]);
+            let base = line.base.map_or(Some(now.base), |b| now.poses[b].map(Base::Eye));
             let there = !pull.is_some_and(f64::is_nan);
-            match (ends, base.unwrap_or(Some(Pose::identity()))) {
+            match (ends, base) {
                 ([Some(a), Some(b)], Some(base)) if there => {
-                    let own = |p: Vec3| f3(&base.inverse().transform_point(&p));
+                    let own = |p: Vec3| f3(&base.point(&p));
                     let part = if pull.is_none_or(|p| p > 0.0) { 1.0 } else { SLACK };
                     line.t.push(t);
                     line.strips.push(vec![own(a), own(b)]);

@@ -27,7 +27,7 @@ impl View {
         for (k, name) in told.bodies.iter().enumerate() {
             self.entities.insert(first + k, entity(name));
             self.bodies.push(name.clone());
-            self.trails.push((first + k, entity(&format!("trails/{name}")), true));
+            self.trails.push((first + k, true));
         }
         for phase in self.phases.iter_mut().flatten() {
             phase.bodies.resize(self.bodies.len(), None);

@@ -1,23 +1,40 @@
 //! Paths of bodies: fine near the last point, coarser the farther back, in the colours of the phases.
-use crate::shapes::f3;
-use linkwork_spatial::Vec3;
+//!
+//! Where a body is followed, what of a path is near its last point has a frame of its own, which stands still in W near
+//! that point: there the path keeps its digits, and what is told of it again and again hardly changes. What is farther back is
+//! told in W.
+use crate::eye::Base;
+use crate::shapes::{entity, f3};
+use linkwork_spatial::{Pose, Vec3};
 use re_sdk::EntityPath;
+use re_sdk_types::archetypes::LineStrips3D;
 
 /// Points of a trail nearer than this are one (m).
 const NEAR: f64 = 0.05;
 /// Points of a trail, at most.
 const POINTS: usize = 1000;
+/// So far from the last point the near part reaches, up to twice that, and so far from it the origin of its frame is at most (m):
+/// single precision has half a millimetre there.
+const REACH: f64 = 16384.0;
 
 /// The path of a body.
 pub struct Trail {
     /// Among the entities.
     pub body: usize,
-    /// Where it is shown.
+    /// Where the part near its last point is shown; all of it where nothing is followed.
     pub path: EntityPath,
+    /// Where the rest is shown, in W.
+    far: EntityPath,
     /// Somebody else tells it: it has one colour of its own.
     told: bool,
-    /// With the phase of each.
-    points: Vec<([f32; 3], u32)>,
+    /// Origin of the frame of the near part in W (m); `None`: all of it is told in W.
+    origin: Option<Vec3>,
+    /// In W (m), with the phase of each.
+    points: Vec<(Vec3, u32)>,
+    /// The first of the near part, the last of the rest.
+    joint: usize,
+    /// The rest is another than it was at the point before.
+    far_is_new: bool,
     /// Least distance of two points, over their distance from the last.
     spread: f64,
 }
@@ -42,29 +59,37 @@ pub fn told_color() -> re_sdk_types::components::Color {
     re_sdk_types::components::Color::from_rgb(255, 60, 200)
 }
 
-fn apart(a: &[f32; 3], b: &[f32; 3]) -> f64 {
-    let d = |k: usize| f64::from(a[k]) - f64::from(b[k]);
-    (0..3).map(|k| d(k).powi(2)).sum::<f64>().sqrt()
+fn apart(a: &Vec3, b: &Vec3) -> f64 {
+    (a - b).norm()
 }
 
 impl Trail {
-    /// Of the entity `body`, without a point. `told`: by somebody else than the simulation.
-    pub fn new(body: usize, path: EntityPath, told: bool) -> Trail {
-        Trail { body, path, told, points: Vec::new(), spread: 0.002 }
+    /// Of the entity `body`, whose name is given, without a point, where what moves is told in a base. `told`: by somebody else
+    /// than the simulation.
+    pub fn new(body: usize, name: &str, told: bool, base: &Base) -> Trail {
+        let [path, far] = ["trails", "trails_far"].map(|of| entity(&format!("{of}/{name}")));
+        let origin = matches!(base, Base::Eye(_)).then(Vec3::zeros);
+        let (points, joint, far_is_new, spread) = (Vec::new(), 0, false, 0.002);
+        Trail { body, path, far, told, origin, points, joint, far_is_new, spread }
+    }
+
+    /// The frame of its near part in W, if it has one.
+    pub fn frame(&self) -> Option<Pose> {
+        self.origin.map(|p| Pose::translation(p.x, p.y, p.z))
     }
 
     /// Adds a point that is far enough from the last; thins out when there are very many, what is far away first.
     pub fn add(&mut self, p: &Vec3, phase: u32) -> bool {
-        let p = f3(p);
-        if self.points.last().is_some_and(|(last, _)| apart(last, &p) < NEAR) {
+        if self.points.last().is_some_and(|(last, _)| apart(last, p) < NEAR) {
             return false;
         }
+        let thin = self.points.len() >= POINTS;
         while self.points.len() >= POINTS {
-            let mut kept: Vec<([f32; 3], u32)> = Vec::new();
+            let mut kept: Vec<(Vec3, u32)> = Vec::new();
             for (k, point) in self.points.iter().enumerate().rev() {
                 let gap = kept.last().map_or(f64::INFINITY, |(next, _)| apart(next, &point.0));
                 // The beginning stays.
-                if k == 0 || gap >= self.spread * apart(&p, &point.0) {
+                if k == 0 || gap >= self.spread * apart(p, &point.0) {
                     kept.push(*point);
                 }
             }
@@ -74,25 +99,51 @@ impl Trail {
                 self.spread *= 2.0;
             }
         }
-        self.points.push((p, phase));
+        self.points.push((*p, phase));
+        if let Some(origin) = &mut self.origin {
+            if apart(origin, p) > REACH {
+                *origin = *p;
+            }
+            let beyond =
+                |way: f64| self.points.iter().rposition(|(q, _)| apart(q, p) > way).unwrap_or(0);
+            // Moved by a whole stretch: the rest is not told again with every point.
+            let moves = thin || beyond(2.0 * REACH) > self.joint;
+            let joint = if moves { beyond(REACH) } else { self.joint };
+            self.far_is_new = moves && joint.max(self.joint) > 0;
+            self.joint = joint;
+        }
         true
     }
 
-    /// One strip for each phase, in its colour.
-    pub fn strips(&self) -> re_sdk_types::archetypes::LineStrips3D {
+    /// What the last point changed: the part near it, in its frame, and the rest.
+    pub fn changes(&self) -> Vec<(EntityPath, LineStrips3D)> {
+        let near = self.strips(&self.points[self.joint..], &self.origin.unwrap_or_default());
+        let mut changes = vec![(self.path.clone(), near)];
+        if self.far_is_new {
+            // A single point is no line.
+            let rest = if self.joint > 0 { &self.points[..=self.joint] } else { &[] };
+            changes.push((self.far.clone(), self.strips(rest, &Vec3::zeros())));
+        }
+        changes
+    }
+
+    /// One strip for each phase, in its colour, from an origin.
+    fn strips(&self, points: &[(Vec3, u32)], origin: &Vec3) -> LineStrips3D {
         let (mut strips, mut colors) = (Vec::new(), Vec::new());
         let mut first = 0;
-        for k in 1..=self.points.len() {
-            let phase = self.points[first].1;
-            if self.points.get(k).is_none_or(|next| next.1 != phase) {
+        for k in 1..=points.len() {
+            let phase = points[first].1;
+            if points.get(k).is_none_or(|next| next.1 != phase) {
                 // To the first point of the next.
-                let end = (k + 1).min(self.points.len());
-                strips.push(self.points[first..end].iter().map(|p| p.0).collect::<Vec<_>>());
+                let end = (k + 1).min(points.len());
+                strips.push(
+                    points[first..end].iter().map(|p| f3(&(p.0 - origin))).collect::<Vec<_>>(),
+                );
                 colors.push(if self.told { told_color() } else { color(phase) });
                 first = k;
             }
         }
-        re_sdk_types::archetypes::LineStrips3D::new(strips)
+        LineStrips3D::new(strips)
             .with_colors(colors)
             .with_radii([re_sdk_types::components::Radius::new_ui_points(1.5)])
     }
@@ -104,7 +155,7 @@ mod tests {
 
     #[test]
     fn what_is_near_stays_fine_and_what_is_far_goes() {
-        let mut trail = Trail::new(0, EntityPath::from("trail"), false);
+        let mut trail = Trail::new(0, "body", false, &Base::World);
         // From 4000 km away to a stop, then 30 m at a walk.
         let mut far = 4e6;
         while far > 0.06 {
@@ -115,7 +166,7 @@ mod tests {
             trail.add(&Vec3::new(0.0, 0.1 * f64::from(k), 0.0), 1);
         }
         assert!(trail.points.len() < POINTS, "{}", trail.points.len());
-        let places: Vec<[f32; 3]> = trail.points.iter().map(|p| p.0).collect();
+        let places: Vec<Vec3> = trail.points.iter().map(|p| p.0).collect();
         assert_eq!(places[0][0], 4e6, "its beginning stays");
         let gaps = |from: usize| {
             places[from..].windows(2).map(|w| apart(&w[0], &w[1])).fold(0.0, f64::max)
@@ -124,5 +175,57 @@ mod tests {
         // A point that is not away from the last is none.
         assert!(!trail.add(&Vec3::new(0.0, 29.92, 0.0), 1));
         assert!(color(0) != color(1));
+    }
+
+    fn positions(strips: &LineStrips3D) -> Vec<Vec3> {
+        use re_sdk_types::Loggable as _;
+        let batch = strips.strips.as_ref().map(|b| b.array.clone()).unwrap();
+        let strips = re_sdk_types::components::LineStrip3D::from_arrow(&*batch).unwrap();
+        strips.iter().flat_map(|s| &s.0).map(|p| Vec3::from(p.0.map(f64::from))).collect()
+    }
+
+    /// In orbit at the rate of a screen, and once in ten seconds.
+    #[test]
+    fn far_from_the_origin_its_end_keeps_its_digits_and_nothing_is_missing() {
+        let (radius, speed) = (6.7e6, 7.7e3);
+        for (apart_s, count) in [(0.033, 1500), (10.0, 300)] {
+            let mut trail = Trail::new(0, "body", false, &Base::Eye(Pose::identity()));
+            let (mut far, mut new, mut step) = (Vec::new(), 0, 0.0_f64);
+            for k in 0..count {
+                let (sin, cos) = (f64::from(k) * apart_s * speed / radius).sin_cos();
+                let p = radius * Vec3::new(cos, 0.6 * sin, 0.8 * sin);
+                assert!(trail.add(&p, 0));
+                let origin = trail.frame().unwrap().position;
+                assert!((p - origin).norm() <= REACH);
+                let changes = trail.changes();
+                let near = positions(&changes[0].1);
+                let end = near[near.len() - 1] + origin;
+                assert!((end - p).norm() < 1e-3, "{k}: {end:?} for {p:?}");
+                if let Some((_, rest)) = changes.get(1) {
+                    (far, new) = (positions(rest), new + 1);
+                    // Single precision there.
+                    let gap = (far[far.len() - 1] - near[0] - origin).norm();
+                    assert!(gap < 0.6, "{k}: the parts are {gap} m apart");
+                }
+                step = step.max((near[near.len().saturating_sub(2)] - near[near.len() - 1]).norm());
+            }
+            let whole = far.len() + positions(&trail.changes()[0].1).len();
+            assert_eq!(whole, trail.points.len() + 1, "the joint is in both");
+            assert!(step > 0.99 * speed * apart_s, "{step}");
+            // One of them in 64 points at the rate of a screen.
+            let stretches = f64::from(count) * (speed * apart_s / REACH).min(1.0);
+            assert!((f64::from(new) / stretches - 1.0).abs() < 0.2, "{new} for {stretches}");
+        }
+    }
+
+    #[test]
+    fn a_path_near_the_origin_has_one_part_in_numbers_of_w() {
+        let mut trail = Trail::new(0, "body", false, &Base::Eye(Pose::identity()));
+        for k in 0..30 {
+            trail.add(&Vec3::new(f64::from(k), 2.0, 0.5), 0);
+        }
+        let changes = trail.changes();
+        assert_eq!((changes.len(), trail.frame()), (1, Some(Pose::identity())));
+        assert_eq!(positions(&changes[0].1)[29], Vec3::new(29.0, 2.0, 0.5));
     }
 }

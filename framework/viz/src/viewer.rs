@@ -1,5 +1,6 @@
 //! A tap's consumer that draws rows: into a file, or in a viewer that listens.
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
+use crate::eye::{Base, EYE};
 use crate::ground::{self, Ground};
 use crate::layout::{self, plot_path};
 use crate::pictures::{self, Eye};
@@ -13,7 +14,7 @@ use linkwork_multibody::{BodyId, NodeId};
 use linkwork_runtime::{
     Consumer, Group, OVERLAY_PERIOD, Program, Seconds, ServiceObject, Surface, TapRow,
 };
-use linkwork_spatial::{Pose, Quat};
+use linkwork_spatial::{Pose, Quat, Vec3};
 use re_sdk::{AsComponents, EntityPath, RecordingStream, TimeCell};
 use std::path::Path;
 use std::sync::Arc;
@@ -22,8 +23,6 @@ use std::time::{Duration, Instant};
 /// How old an instant may be before it is sent, in a file and live.
 const FRESH: [Duration; 2] = [Duration::from_secs(2), Duration::from_millis(40)];
 
-/// The frame from which the view is: at the followed body, its z up.
-const EYE: &str = "view/eye";
 /// The planet of a site.
 const PLANET: &str = "view/planet";
 
@@ -57,8 +56,8 @@ pub struct View {
     /// Among the entities.
     pub(crate) bodies: Vec<String>,
     pub(crate) nodes: Vec<String>,
-    /// Body, where its trail is shown, whether somebody else tells it.
-    pub(crate) trails: Vec<(usize, EntityPath, bool)>,
+    /// Bodies that leave a trail, and whether somebody else tells it.
+    pub(crate) trails: Vec<(usize, bool)>,
     follow: Option<usize>,
     /// Variables of the columns of a row.
     pub(crate) columns: Vec<String>,
@@ -186,7 +185,7 @@ impl View {
             .collect();
         self.nodes = nodes.into_iter().cloned().collect();
         let place = |name: &String| self.bodies.iter().position(|b| b == name);
-        let trail = |b: &String| Some((place(b)?, entity(&format!("trails/{b}")), false));
+        let trail = |b: &String| Some((place(b)?, false));
         self.trails = self.scene.trails.iter().filter_map(trail).collect();
         self.follow = self.scene.follow.as_ref().and_then(place);
     }
@@ -269,6 +268,8 @@ pub struct Viewer {
     /// Poses of the entities, as of the last row that had them.
     poses: Vec<Pose>,
     frames: Frames,
+    /// In which what moves is told.
+    base: Base,
     trails: Vec<Trail>,
     /// First column of the six, scale.
     arrows: Vec<(Arrows, usize, f64)>,
@@ -300,13 +301,12 @@ impl Viewer {
         rec.log_static("/", &re_sdk_types::archetypes::ViewCoordinates::RIGHT_HAND_Z_UP())?;
         // The view is from a frame that goes with the followed body: the eye is where it was put, at whatever time
         // the recording is opened.
-        let eye = entity(EYE);
-        let origin = if view.follow.is_some() { eye.clone() } else { EntityPath::root() };
+        let base = view.follow.map_or(Base::World, |_| Base::Eye(Pose::identity()));
         // A simulation without a machine and a world has nothing but curves to look at.
         let machine = !view.entities.is_empty() || !scene.shapes.is_empty();
         let world = !view.terrain.is_empty() || scene.planet.is_some() || !scene.markers.is_empty();
-        let space = (machine || world).then_some(&origin);
-        layout::send(&rec, scene, space, &view.cameras)?;
+        let space = (machine || world).then(|| base.path());
+        layout::send(&rec, scene, space.as_ref(), &view.cameras)?;
         let (passing, lasting): (Vec<Shape>, Vec<Shape>) =
             scene.shapes.iter().cloned().partition(|s| !s.phases.is_empty());
         for shape in &lasting {
@@ -315,15 +315,17 @@ impl Viewer {
         for path in &view.entities[view.bodies.len()..] {
             rec.log_static(path.clone(), &re_sdk_types::archetypes::TransformAxes3D::new(0.3))?;
         }
-        let framed: Vec<EntityPath> =
-            view.entities.iter().cloned().chain(view.follow.map(|_| eye)).collect();
-        let frames = Frames::new(&framed);
+        let trail =
+            |(body, told): &(usize, bool)| Trail::new(*body, &view.bodies[*body], *told, &base);
+        let trails: Vec<Trail> = view.trails.iter().map(trail).collect();
+        let framed = trails.iter().filter(|t| t.frame().is_some()).map(|t| t.path.clone());
+        let frames = Frames::new(view.entities.iter().cloned().chain(framed), &base);
         let mut arrows = Vec::new();
         for (arrow, first) in scene.arrows.iter().zip(&view.arrows) {
-            let drawn = Arrows::open(&rec, entity(&arrow.path), arrow.color)?;
+            let drawn = Arrows::open(&rec, entity(&arrow.path), arrow.color, &base)?;
             arrows.push((drawn, *first, arrow.scale));
         }
-        let strands = Strands::open(&rec, scene, view.strands, &view.entities)?;
+        let strands = Strands::open(&rec, scene, view.strands, &view.entities, &base)?;
         let mut curves = Vec::new();
         let mut of_panel = 0;
         let mut panel = None;
@@ -352,7 +354,6 @@ impl Viewer {
         if let Some(planet) = &scene.planet {
             rec.log_static(PLANET, &planet.mesh(sink, clear))?;
         }
-        let trail = |(body, path, told)| Trail::new(body, path, told);
         Ok(Viewer {
             rec,
             file: None,
@@ -363,7 +364,8 @@ impl Viewer {
             passing,
             entered: Vec::new(),
             frames,
-            trails: view.trails.into_iter().map(trail).collect(),
+            base,
+            trails,
             arrows,
             strands,
             curves,
@@ -409,7 +411,7 @@ impl Viewer {
             self.curve(k, t, row.values[column]);
         }
         for (camera, shown) in self.cameras.iter_mut().zip(&row.shown) {
-            let new = shown.iter().flat_map(|shown| camera.look(shown));
+            let new = shown.iter().flat_map(|shown| camera.look(shown, &self.base));
             self.seldom.extend(new.map(|(path, what)| (t, path, what)));
         }
         self.passed()
@@ -460,16 +462,20 @@ impl Viewer {
         for (pose, now) in self.poses.iter_mut().zip(now) {
             *pose = now.unwrap_or(*pose);
         }
-        let eye = self.follow.map(|body| {
+        if let Some(body) = self.follow {
             let p = self.poses[body].position;
-            Pose::new(self.planet.map_or_else(Quat::identity, |planet| planet.level(&p)), p)
-        });
-        self.frames.push(t, self.poses.iter().copied().chain(eye));
+            let level = self.planet.map_or_else(Quat::identity, |planet| planet.level(&p));
+            self.base = Base::Eye(Pose::new(level, p));
+        }
         for trail in &mut self.trails {
             if trail.add(&self.poses[trail.body].position, self.phase.unwrap_or(0)) {
-                self.seldom.push((t, trail.path.clone(), Box::new(trail.strips())));
+                for (path, strips) in trail.changes() {
+                    self.seldom.push((t, path, Box::new(strips)));
+                }
             }
         }
+        let trails = self.trails.iter().filter_map(Trail::frame);
+        self.frames.push(t, &self.base, self.poses.iter().copied().chain(trails));
         if let Some(body) = self.follow {
             let p = self.poses[body].position;
             let near = self.ground.approach(p.x, p.y);
@@ -479,7 +485,7 @@ impl Viewer {
 
     /// Lines and jets at an instant (ns); a value that is not known is NaN.
     pub(crate) fn strands(&mut self, t: i64, poses: &[Option<Pose>], value: &dyn Fn(usize) -> f64) {
-        self.strands.push(t, &strands::Instant { poses, value });
+        self.strands.push(t, &strands::Instant { base: self.base, poses, value });
     }
 
     /// An arrow at an instant (ns), from its six numbers. In a phase without it there is nothing to point at: it has no length.
@@ -488,8 +494,8 @@ impl Viewer {
         if v.iter().any(|v| v.is_nan()) {
             return arrow.shorten(t);
         }
-        let origin = [v[0] as f32, v[1] as f32, v[2] as f32];
-        arrow.push(t, origin, [3, 4, 5].map(|k| (v[k] * *scale) as f32));
+        let (origin, vector) = (Vec3::new(v[0], v[1], v[2]), Vec3::new(v[3], v[4], v[5]) * *scale);
+        arrow.push(t, &self.base, &origin, &vector);
     }
 
     /// A value of a curve at an instant (ns), in SI.

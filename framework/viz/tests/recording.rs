@@ -7,8 +7,10 @@ use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{BodySpec, Builder, Hinge};
 use linkwork_runtime::*;
 use linkwork_spatial::nalgebra::Matrix3;
-use linkwork_spatial::{MassProperties, Pose, Vec3};
-use linkwork_viz::{Arrow, InUnit, Marker, Panel, Scene, Shape, View};
+use linkwork_spatial::{MassProperties, Pose, Quat, Vec3};
+use linkwork_viz::{
+    Arrow, End, InUnit, Line, Marker, Panel, Planet, Player, Scene, Shape, View, read_recording,
+};
 use re_sdk::StoreKind;
 use re_sdk::external::re_log_encoding::DecoderApp;
 use re_sdk::log::{Chunk, LogMsg};
@@ -167,7 +169,8 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
     plain.run_until(END).unwrap();
     assert_eq!(recorded(&plan, &path), plain.hash());
 
-    let frames = ["tf#/Robot/arm", "tf#/Robot/arm/weight", "tf#/tip/axes", "tf#/view/eye"];
+    let trail = "tf#/trails/Robot/arm/weight";
+    let frames = ["tf#/Robot/arm", "tf#/Robot/arm/weight", "tf#/tip/axes", trail, "tf#/view/eye"];
     let (child, translation) = (
         re_sdk_types::archetypes::Transform3D::descriptor_child_frame().component,
         re_sdk_types::archetypes::Transform3D::descriptor_translation().component,
@@ -187,7 +190,7 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
             let places: Vec<[f32; 3]> = places.map(|p| p[0].0.0).collect();
             assert_eq!((names.len(), places.len()), (t.len(), t.len()));
             // A chunk begins and ends with a whole instant.
-            assert_eq!((names[0].as_str(), names[t.len() - 1].as_str()), (frames[0], frames[3]));
+            assert_eq!((names[0].as_str(), names[t.len() - 1].as_str()), (frames[0], frames[4]));
             latest = t[t.len() - 1];
             rows.extend(t.into_iter().zip(names).zip(places));
         } else if let Some(last) =
@@ -206,7 +209,9 @@ fn a_recording_changes_no_bits_and_holds_every_instant_whole() {
         kinematics(tree, &mut ws, &x[..mb.nq()], &x[mb.nq()..mb.nq() + mb.nv()]);
         let body = |n: &str| ws.body_pose(tree, mb.body(n).unwrap()).position;
         let tip = ws.node_pose(tree, mb.node("tip").unwrap()).position;
-        let wanted = [body("Robot.arm"), body("Robot.arm/weight"), tip, body("Robot.arm")];
+        // The arm is followed: what moves is told from it, it itself in W. The trail's own frame stands still in W.
+        let eye = body("Robot.arm");
+        let wanted = [Vec3::zeros(), body("Robot.arm/weight") - eye, tip - eye, -eye, eye];
         for (((t, name), place), (frame, p)) in instant.iter().zip(frames.iter().zip(wanted)) {
             assert_eq!((*t, name.as_str()), (10_000_000 * k as i64, *frame));
             let p = [p.x, p.y, p.z].map(|v| v as f32);
@@ -222,7 +227,7 @@ fn an_arrow_ends_where_its_numbers_do() {
     let path = folder.path().join("run.rrd");
     let (view, _) = View::new(&program(&plan), &scene(&plan), PERIOD).unwrap();
     let variable = plan.variables.keys().find(|k| k.ends_with("arm.angle")).unwrap();
-    let mut player = linkwork_viz::Player::open(view, &path).unwrap();
+    let mut player = Player::open(view, &path).unwrap();
     let told = [1.0, 2.0, f64::NAN, f64::NAN, 3.0];
     for (k, value) in told.into_iter().enumerate() {
         player.value(1000 * k as u64, variable, value).unwrap();
@@ -368,4 +373,196 @@ fn a_simulation_of_no_machine_has_no_room() {
     assert_eq!(alone.iter().collect::<Vec<_>>(), ["TimeSeries"]);
     scene.markers.push(Marker { at: Vec3::x(), label: "here".into() });
     assert_eq!(views(&empty, &scene, "marker.rrd").len(), 2);
+}
+
+/// Where a craft is at first, from the middle of the Earth (m), and another from there.
+const FAR: [f64; 3] = [4.1e6, -3.3e6, 3.6e6];
+const BESIDE: [f64; 3] = [0.02, -0.01, 0.02];
+const SPEED: [f64; 3] = [5600.0, 4100.0, -2600.0];
+
+/// Two crafts without gravity, 3 cm apart.
+fn far_plan() -> Arc<Plan> {
+    let mut b = Builder::new();
+    for name in ["craft", "beside"] {
+        let inertia = Matrix3::from_diagonal(&Vec3::new(0.11, 0.23, 0.19));
+        let mass = MassProperties::new(1.3, Vec3::zeros(), inertia);
+        b.body(BodySpec::new(name, "world").hinge(Hinge::free()).mass(mass));
+    }
+    let multibody = Arc::new(b.build().unwrap());
+    let mut q = multibody.neutral_q();
+    for (name, from) in [("craft", [0.0; 3]), ("beside", BESIDE)] {
+        let first = multibody.get(multibody.body(name).unwrap()).q().start;
+        for k in 0..3 {
+            q[first + k] = FAR[k] + from[k];
+        }
+    }
+    let v = [[0.0; 3], SPEED, [0.0; 3], SPEED].concat();
+    let mut spec = Spec::default();
+    spec.set_mechanism(MechanismSpec::new("Mechanism", multibody, q, v));
+    compile(&spec, &Catalogue::new(Vec::<Vec<Entry>>::new()), &Files::default()).unwrap().into()
+}
+
+fn three(of: &str) -> [String; 3] {
+    ["x", "y", "z"].map(|k| format!("{of}.{k}"))
+}
+
+fn far_scene(follow: Option<&str>) -> Scene {
+    let [craft, beside] = ["craft", "beside"].map(|of| three(&format!("{of}.position")));
+    Scene {
+        title: "far".into(),
+        arrows: vec![Arrow {
+            path: "push".into(),
+            origin: beside.clone(),
+            vector: three("beside.velocity"),
+            scale: 1e-3,
+            color: [1, 2, 3, 255],
+        }],
+        lines: vec![Line {
+            path: "line".into(),
+            ends: [End::Point(craft), End::Point(beside)],
+            pull: None,
+            color: [1, 2, 3, 255],
+        }],
+        trails: vec!["beside".into()],
+        follow: follow.map(String::from),
+        planet: Some(Planet { centre: Vec3::zeros(), radius: 6.371e6, color: [60, 90, 140] }),
+        ..Scene::default()
+    }
+}
+
+/// Three numbers of a recording at all times, `first` of them before.
+fn points(shown: &BTreeMap<String, linkwork_viz::Shown>, what: &str, first: usize) -> Vec<Vec3> {
+    let lane = |k: usize| {
+        let name = format!("{what}[{}]", first + k);
+        &shown.get(&name).unwrap_or_else(|| panic!("`{name}`: {:#?}", shown.keys())).1
+    };
+    (0..lane(0).len()).map(|k| Vec3::from([0, 1, 2].map(|i| lane(i)[k]))).collect()
+}
+
+/// Frame and parent of all poses of a recording, and the frames that entities are in.
+fn frames_of(path: &Path) -> (BTreeSet<[String; 2]>, BTreeMap<String, String>) {
+    use re_sdk_types::archetypes::{CoordinateFrame, Transform3D};
+    let of = [Transform3D::descriptor_child_frame(), Transform3D::descriptor_parent_frame()];
+    let (mut parents, mut entities) = (BTreeSet::new(), BTreeMap::new());
+    for chunk in chunks(path) {
+        let [child, parent] = of.each_ref().map(|d| {
+            let names = chunk.iter_component::<TransformFrameId>(d.component);
+            names.map(|n| n[0].to_string()).collect::<Vec<_>>()
+        });
+        parents.extend(child.into_iter().zip(parent).map(|(child, parent)| [child, parent]));
+        let frame = CoordinateFrame::descriptor_frame().component;
+        for name in chunk.iter_component::<TransformFrameId>(frame) {
+            entities.insert(chunk.entity_path().to_string(), name[0].to_string());
+        }
+    }
+    (parents, entities)
+}
+
+/// What is told from the eye is where it is, to a micrometre, 6.4e6 m away from the origin of W.
+fn beside_is_beside(path: &Path, instants: usize) {
+    let shown = read_recording(path).unwrap();
+    let turn = shown["tf#/view/eye Transform3D:quaternion[0]"].1.len();
+    assert_eq!(turn, instants);
+    let turn = |k: usize| {
+        let q =
+            [0, 1, 2, 3].map(|i| shown[&format!("tf#/view/eye Transform3D:quaternion[{i}]")].1[k]);
+        Quat::from_quaternion(linkwork_spatial::nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]))
+    };
+    let vector = Vec3::from(SPEED) * 1e-3;
+    for (what, first, wanted, tolerance) in [
+        ("tf#/craft Transform3D:translation", 0, Vec3::zeros(), 0.0),
+        ("tf#/beside Transform3D:translation", 0, Vec3::from(BESIDE), 1e-6),
+        ("/push Arrows3D:origins", 0, Vec3::from(BESIDE), 1e-6),
+        ("/push Arrows3D:vectors", 0, vector, 1e-5),
+        ("/lines/line LineStrips3D:strips", 0, Vec3::zeros(), 1e-6),
+        ("/lines/line LineStrips3D:strips", 3, Vec3::from(BESIDE), 1e-6),
+    ] {
+        let all = points(&shown, what, first);
+        assert_eq!(all.len(), instants, "{what}");
+        for (k, p) in all.iter().enumerate() {
+            let off = (turn(k) * p - wanted).norm();
+            assert!(off <= tolerance, "{what} at instant {k}: {p:?}, {off} off");
+        }
+    }
+    let ends = trail_ends(path);
+    let frame = points(&shown, "tf#/trails/beside Transform3D:translation", 0);
+    assert_eq!((ends.len(), frame.len()), (instants, instants));
+    for (k, end) in ends.iter().enumerate() {
+        // Axes of the trail's frame are those of W.
+        let off = (turn(k) * frame[k] + end - Vec3::from(BESIDE)).norm();
+        assert!(off < 2e-3, "the trail at instant {k} ends {off} m away from its body");
+    }
+    let (parents, entities) = frames_of(path);
+    let eye = "tf#/view/eye";
+    let of = |child: &str| [child.to_string(), eye.to_string()];
+    let mut wanted: BTreeSet<_> = ["tf#/craft", "tf#/beside", "tf#/trails/beside"].map(of).into();
+    wanted.insert([eye.into(), "tf#/".into()]);
+    assert_eq!(parents, wanted);
+    assert_eq!([&entities["/push"], &entities["/lines/line"]], [eye; 2]);
+}
+
+/// The last point of a trail, each time that it was told.
+fn trail_ends(path: &Path) -> Vec<Vec3> {
+    use re_sdk_types::components::LineStrip3D;
+    let strips = re_sdk_types::archetypes::LineStrips3D::descriptor_strips().component;
+    let of = |chunk: &Chunk| {
+        let told = chunk.iter_component::<LineStrip3D>(strips);
+        let end =
+            |s: &[LineStrip3D]| Vec3::from(s.last().unwrap().0.last().unwrap().0.map(f64::from));
+        told.map(|s| end(&s)).collect::<Vec<_>>()
+    };
+    let all = chunks(path);
+    all.iter().filter(|c| c.entity_path().to_string() == "/trails/beside").flat_map(of).collect()
+}
+
+#[test]
+fn far_from_the_origin_what_is_beside_the_followed_body_is_told_beside_it() {
+    let (plan, folder) = (far_plan(), room());
+    let path = folder.path().join("run.rrd");
+    recorded_scene(&plan, &far_scene(Some("craft")), &path);
+    beside_is_beside(&path, 301);
+    // Without a followed body all is told in W.
+    recorded_scene(&plan, &far_scene(None), &path);
+    let (parents, entities) = frames_of(&path);
+    let root = |child: &str| [child.to_string(), "tf#/".to_string()];
+    assert_eq!(parents, ["tf#/craft", "tf#/beside"].map(root).into());
+    assert_eq!([&entities["/push"], &entities["/lines/line"]], ["tf#/"; 2]);
+    let shown = read_recording(&path).unwrap();
+    for what in ["tf#/craft Transform3D:translation", "/push Arrows3D:origins"] {
+        assert!((points(&shown, what, 0)[0] - Vec3::from(FAR)).norm() < 1.0, "{what}");
+    }
+}
+
+/// A log tells values of an instant before its poses, or after them: an arrow is told from where the eye is then.
+#[test]
+fn a_recording_from_a_log_is_told_from_the_eye_of_its_instant() {
+    let (plan, folder) = (far_plan(), room());
+    for poses_first in [false, true] {
+        let path = folder.path().join("view.rrd");
+        let (view, _) = View::new(&program(&plan), &far_scene(Some("craft")), PERIOD).unwrap();
+        let mut player = Player::open(view, &path).unwrap();
+        for k in 0..50_u64 {
+            let ns = 10_000_000 * k;
+            let at = Vec3::from(FAR) + Vec3::from(SPEED) * (0.01 * k as f64);
+            let beside = at + Vec3::from(BESIDE);
+            let bodies = [("craft", at), ("beside", beside)]
+                .map(|(name, p)| (name.to_string(), Pose::translation(p.x, p.y, p.z)));
+            if poses_first {
+                player.poses(ns, &bodies).unwrap();
+            }
+            for (of, v) in [("craft", at), ("beside", beside)] {
+                for (name, value) in three(&format!("{of}.position")).iter().zip(v.iter()) {
+                    player.value(ns, name, *value).unwrap();
+                }
+            }
+            for (name, value) in three("beside.velocity").iter().zip(SPEED) {
+                player.value(ns, name, value).unwrap();
+            }
+            if !poses_first {
+                player.poses(ns, &bodies).unwrap();
+            }
+        }
+        player.finish().unwrap();
+        beside_is_beside(&path, 50);
+    }
 }

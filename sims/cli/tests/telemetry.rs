@@ -4,7 +4,7 @@ use crate::common::{Lab, sim};
 use linkwork_viz::read_recording;
 use std::fmt::Write;
 
-/// A block that is thrown and turns about z at 0.5 rad/s, with a flap on it.
+/// A block that is thrown and turns about z at 0.5 rad/s, with a flap on it. No body is followed: poses are told in W.
 const THROWN: &str = r#"Simulation(
     bodies: {
         "block": (
@@ -16,7 +16,7 @@ const THROWN: &str = r#"Simulation(
     parts: { "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.80665] }) },
     step: "10 ms", until: "1 s", integrator: "dormand_prince_54",
     log: [(channels: ["block.**"], rate: "20 Hz")],
-    view: (rate: "20 Hz", trails: ["block"]),
+    view: (rate: "20 Hz", eye: [-4, -5, 33], trails: ["block"]),
 )"#;
 
 const FLOWN: &str = r#"Telemetry(

@@ -260,7 +260,8 @@ fn a_line_is_bright_while_it_pulls_and_a_jet_as_long_as_its_thrust() {
         assert!(y.len() == 21 && y.iter().all(|y| (y - want).abs() < 1e-6), "{y:?}");
     }
     for k in 0..3 {
-        let block = &shown[&format!("tf#/block Transform3D:translation[{k}]")].1;
+        // The block is followed: the eye is where it is.
+        let block = &shown[&format!("tf#/view/eye Transform3D:translation[{k}]")].1;
         assert_eq!(line(&format!("strips[{}]", k + 3)).1, *block);
     }
     let (t, colors) = line("colors[0]");
