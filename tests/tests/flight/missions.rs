@@ -455,8 +455,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         ("backshell_off", 313.5, 1.7, 74.1),
         ("powered", 314.5, 1.62, 77.9),
         ("sky_crane", 360.6, 0.0197, 0.76),
-        ("fly_away", 376.1, 0.0089, 0.52),
-        ("driving", 379.8, 0.06, 30.8),
+        ("fly_away", 375.7, 0.0092, 0.50),
+        ("driving", 379.4, 0.06, 30.7),
     ];
     assert_eq!(told.len(), want.len(), "{told:?}");
     for ((phase, t, height, speed), w) in told.iter().zip(want) {
@@ -479,7 +479,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     // Parachute and stage pull and push on a body that turns: it hangs along the riser, and carries what hangs upright.
     // As the README tells.
     let (riser, upright) = (hangs.to_degrees(), leans.0.to_degrees());
-    assert!((riser - 0.64).abs() < 0.01 && (upright - 0.72).abs() < 0.01, "{riser} {upright}");
+    assert!((riser - 0.81).abs() < 0.01 && (upright - 0.71).abs() < 0.01, "{riser} {upright}");
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
     assert!((when - entry - 375.4).abs() < 0.05, "{}", when - entry);

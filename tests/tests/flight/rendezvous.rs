@@ -80,9 +80,9 @@ fn a_chaser_is_captured_and_what_it_brings_is_booked() {
     assert!(sim.phase() == "captured" && (t - 389.2).abs() < 0.05);
     // The jets hold its attitude, in pulses of 1 N s.
     println!("{spent:?} m/s spent, across");
-    assert!((spent.0 - 1.95).abs() < 5e-3 && (spent.1 - 5.7e-3).abs() < 5e-5, "{spent:?}");
+    assert!((spent.0 - 1.95).abs() < 5e-3 && (spent.1 - 3.1e-3).abs() < 5e-5, "{spent:?}");
     println!("turned by {} deg at most", turned.to_degrees());
-    assert!((turned.to_degrees() - 0.58).abs() < 5e-3, "{turned}");
+    assert!((turned.to_degrees() - 0.433).abs() < 5e-3, "{turned}");
     let (row, (r, v), before_target) = before.unwrap();
     assert!((r - contact).norm() < 0.1 && (v - Vec3::y() * 0.05).norm() < 2e-3, "{r} {v}");
     // The target falls freely to the capture; what it gains there is its share of the impact.
@@ -174,26 +174,42 @@ fn plumes_push_the_target_and_a_soft_capture_takes_what_is_left() {
     assert!(most > 0.1 && most < 10.0, "two jets of 5 N at most: {most}");
     assert_eq!(sim.phase(), "soft_capture");
     // The springs are as long as the ports are apart when the latches catch: what they hold then is taken, too.
-    let port = |body: &str, y: f64| {
-        get(&sim, &format!("{body}.position")) + rotation(&sim, body) * Vec3::new(0.0, y, 0.0)
+    let port = |sim: &Simulation, body: &str, y: f64| {
+        get(sim, &format!("{body}.position")) + rotation(sim, body) * Vec3::new(0.0, y, 0.0)
     };
-    let place = rotation(&sim, "target").inverse() * (port("chaser", 1.0) - port("target", -1.5));
-    let turn = rotation(&sim, "target").angle_to(&rotation(&sim, "chaser"));
-    let held =
-        0.5 * Vec3::new(200.0, 400.0, 200.0).component_mul(&place).dot(&place) + 30.0 * turn * turn;
-    assert!((place.norm() - 0.02).abs() < 1e-9, "{place}");
+    let apart = |sim: &Simulation| {
+        rotation(sim, "target").inverse() * (port(sim, "chaser", 1.0) - port(sim, "target", -1.5))
+    };
+    assert!((apart(&sim).norm() - 0.02).abs() < 1e-9, "{}", apart(&sim));
+    // Of the springs, of the motion about the common centre, and of the turning.
+    let energy = |sim: &Simulation| {
+        let turn = rotation(sim, "target").angle_to(&rotation(sim, "chaser"));
+        let place = apart(sim);
+        let springs = Vec3::new(200.0, 400.0, 200.0).component_mul(&place).dot(&place);
+        let bodies = [
+            ("target", 2000.0, Vec3::new(1800.0, 1500.0, 2200.0)),
+            ("chaser", 500.0, Vec3::new(180.0, 150.0, 190.0)),
+        ];
+        let turning = bodies.map(|(body, _, inertia)| {
+            let w = get(sim, &format!("{body}.angular"));
+            inertia.component_mul(&w).dot(&w)
+        });
+        // Reduced mass 400 kg.
+        let met = velocity(sim, "chaser") - velocity(sim, "target");
+        0.5 * (springs + 400.0 * met.norm_squared() + turning.iter().sum::<f64>())
+            + 30.0 * turn * turn
+    };
     let (_, met) = beside(&sim, "target", "chaser");
-    let (mut force, mut taken) = (0.0_f64, 0.0);
+    let brought = energy(&sim);
+    let (mut force, mut taken, mut left) = (0.0_f64, 0.0, brought);
     while sim.phase() == "soft_capture" {
+        (taken, left) = (sim.get("Capture.taken").unwrap(), energy(&sim));
+        force = force.max(sim.get("Capture.force").unwrap());
         sim.step_event().unwrap();
-        force = force.max(sim.get("Capture.force").unwrap_or(0.0));
-        taken = sim.get("Capture.taken").unwrap_or(taken);
     }
-    // Reduced mass 400 kg; the bodies turn a little.
-    let brought = 0.5 * 400.0 * met.norm_squared() + held;
-    let t = sim.time();
-    println!("{force} N, {taken} J of {brought} J, locked at {t} s, {}", sim.phase());
-    assert!((taken / brought - 1.0).abs() < 0.02, "{taken} {brought}");
+    let (t, given) = (sim.time(), brought - left);
+    println!("{force} N, {taken} J of {given} J, locked at {t} s, {}", sim.phase());
+    assert!((taken / given - 1.0).abs() < 5e-3, "{taken} {given}");
     // Springs of 200 and 400 N/m over 2 cm, dampers at the speed that is left.
     assert!(force > 2.0 && force < 8.0 + 560.0 * met.norm(), "{force}");
     let moves = sim.take_moves();
