@@ -31,7 +31,8 @@ fn flown(mut sim: Simulation) -> (Vec3, Vec3) {
 /// By 0.4 rad in each step: the stages of the method are the same, so that only rounding differs.
 #[test]
 fn a_craft_that_turns_keeps_its_orbit() {
-    let between = r#"start: "a", phases: { "a": (to: { "b": "craft.position.x < 0 m" }), "b": () },"#;
+    let between =
+        r#"start: "a", phases: { "a": (to: { "b": "craft.position.x < 0 m" }), "b": () },"#;
     for (integrator, phases, limit) in
         [(RK4, "", 1e-6), (RK4, between, 1e-6), (ADAPTIVE, "", 1e-2), (ADAPTIVE, between, 1e-2)]
     {
