@@ -61,7 +61,7 @@ pub struct Plan {
     pub positioned: Vec<u32>,
     /// Lanes of x that semi-implicit Euler moves along their velocities.
     pub positions: Vec<Range<usize>>,
-    /// Bodies that turn freely, in lanes of x, where the method is an explicit one.
+    /// Bodies that turn freely, in lanes of x.
     pub turning: Vec<Turning>,
     /// Lanes of x without a derivative.
     pub still: Vec<Range<usize>>,

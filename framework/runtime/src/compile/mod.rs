@@ -160,7 +160,7 @@ pub(crate) fn compile_phase(
         stored,
         fields,
         positions: settings::lanes_of(&parts, |d, x| x + d.positions.start..x + d.positions.end),
-        turning: settings::turning(&parts, integration.method),
+        turning: settings::turning(&parts),
         still: settings::lanes_of(&parts, |d, x| match d.functions.deriv {
             true => 0..0,
             false => x..x + lanes(&d.continuous),

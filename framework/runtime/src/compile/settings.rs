@@ -7,7 +7,7 @@ use crate::ports::PortKind;
 use crate::services::{ServiceKind, ServiceObject, Services};
 use crate::spec::Spec;
 use crate::value::{Fault, Origin};
-use linkwork_integrate::{Control, Limits, Method, Norm, Tolerances};
+use linkwork_integrate::{Control, Limits, Norm, Tolerances};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -20,12 +20,8 @@ pub(super) fn lanes_of(
     all.filter(|r| !r.is_empty()).collect()
 }
 
-/// Bodies that turn freely, in lanes of the whole state. Methods that need derivatives by the state, and the semi-implicit one, which has a
-/// rule of its own for them, step their velocities as they are.
-pub(super) fn turning(parts: &[Part<'_>], method: Method) -> Vec<Turning> {
-    if !matches!(method, Method::Explicit(_)) {
-        return Vec::new();
-    }
+/// Bodies that turn freely, in lanes of the whole state.
+pub(super) fn turning(parts: &[Part<'_>]) -> Vec<Turning> {
     let all = parts.iter().flat_map(|p| {
         let x = p.wiring.x;
         let own = p.prototype.description().turning.iter();

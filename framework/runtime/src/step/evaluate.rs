@@ -157,13 +157,13 @@ impl System for Running<'_> {
             return derivatives(blocks, plan, &now, (x, d, sig), *pins, xdot);
         };
         stage.copy_from_slice(x);
-        turning::leave(&plan.turning, stage);
+        turning::leave(turning::of(plan), stage);
         if let Some(pins) = pins {
             pins.states(stage);
         }
         run_all(blocks, plan, &plan.stage_ops, &now, (stage, d, sig), *pins)?;
         derivatives(blocks, plan, &now, (stage, d, sig), *pins, xdot)?;
-        turning::enter_rates(&plan.turning, stage, xdot);
+        turning::enter_rates(turning::of(plan), stage, xdot);
         Ok(())
     }
 
@@ -184,9 +184,9 @@ impl System for Running<'_> {
             return project(self.blocks, self.plan, self.pins, x);
         };
         own.copy_from_slice(x);
-        turning::leave(&self.plan.turning, own);
+        turning::leave(turning::of(self.plan), own);
         project(self.blocks, self.plan, self.pins, own)?;
-        turning::enter_projected(&self.plan.turning, own, x);
+        turning::enter_projected(turning::of(self.plan), own, x);
         Ok(())
     }
 

@@ -70,21 +70,21 @@ impl Simulation {
         let Simulation { state, blocks, work, .. } = self;
         let State { x, d, sig, memory, pins, .. } = state;
         let pins = pins.as_deref();
-        let turns = !plan.turning.is_empty();
+        let turns = !turning::of(plan).is_empty();
         let k1 = match known {
             false => work.integrator.end_derivatives().map(|k| work.xdot.copy_from_slice(k)),
             true => {
                 let derived =
                     evaluate::derivatives(blocks, plan, &now, (x, d, sig), pins, &mut work.xdot);
                 derived.map_err(Failure::System)?;
-                turning::enter_rates(&plan.turning, x, &mut work.xdot);
+                turning::enter_rates(turning::of(plan), x, &mut work.xdot);
                 Some(())
             }
         };
         let k1 = k1.map(|()| &work.xdot[..]);
         let moved = if turns {
             work.inside.copy_from_slice(x);
-            turning::enter(&plan.turning, &mut work.inside);
+            turning::enter(turning::of(plan), &mut work.inside);
             &mut work.inside
         } else {
             &mut *x
@@ -181,7 +181,8 @@ impl Simulation {
         } else {
             let State { d, sig, pins, .. } = state;
             let (number, pins) = (&mut work.number, pins.as_deref());
-            let (linear, stage) = (None, (!plan.turning.is_empty()).then_some(&mut work.stage[..]));
+            let (linear, stage) =
+                (None, (!turning::of(plan).is_empty()).then_some(&mut work.stage[..]));
             let mut system = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
             // A step has a length: at its start the dense output is the state.
             if purpose == Purpose::Look || theta == 0.0 {
@@ -275,7 +276,7 @@ impl Simulation {
 /// The state that a step from `start` came to, as the run has it: in body axes, with what keeps its value.
 #[inline]
 fn end_of_step(plan: &Plan, pins: Option<&Pins>, start: &[f64], x: &mut [f64]) {
-    turning::end(&plan.turning, start, x);
+    turning::end(turning::of(plan), start, x);
     if let Some(pins) = pins {
         pins.states(x);
     }

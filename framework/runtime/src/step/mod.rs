@@ -136,8 +136,8 @@ impl Work {
                 && Linear::size(plan) <= Linear::SIZE_MAX)
                 .then(|| Box::new(Linear::new(plan))),
             inside: vec![0.0; n],
-            start: vec![0.0; if plan.turning.is_empty() { 0 } else { n }],
-            stage: vec![0.0; if plan.turning.is_empty() { 0 } else { n }],
+            start: vec![0.0; if turning::of(plan).is_empty() { 0 } else { n }],
+            stage: vec![0.0; if turning::of(plan).is_empty() { 0 } else { n }],
             before: State::default(),
             stores: plan.steps.iter().map(|_| None).collect(),
             advanced: (0.0, 0.0),

@@ -7,7 +7,19 @@
 //! In body axes the velocity of a craft in orbit, some km/s, turns with its attitude, and a step makes an error of that
 //! velocity times (ω h)⁵; in axes that do not turn only what forces do to it is left.
 use crate::model::Turning;
+use crate::plan::Plan;
+use linkwork_integrate::Method;
 use linkwork_spatial::Vec3;
+
+/// The bodies whose velocities are stepped so: those of explicit methods. Methods that need derivatives by the state, and the semi-implicit one, which has
+/// a rule of its own for them, step velocities as they are.
+#[inline]
+pub(super) fn of(plan: &Plan) -> &[Turning] {
+    match plan.integration.method {
+        Method::Explicit(_) => &plan.turning,
+        _ => &[],
+    }
+}
 
 fn vec3(x: &[f64], at: usize) -> Vec3 {
     Vec3::new(x[at], x[at + 1], x[at + 2])
