@@ -10,8 +10,14 @@
 //!                                     b² = (2n+1)(n+m−1)(n−m−1)/((n−m)(n+m)(2n−3))
 //! ```
 //! The column recursion is stable (the forward column method of Holmes & Featherstone,
-//! *J. Geodesy* 76 (2002)). Derivatives
-//! along u follow from the same recursion differentiated: Ā' = a (u Ā' + Ā) − b Ā'.
+//! *J. Geodesy* 76 (2002)). It is evaluated with the leading factor of each degree taken out, which the coefficients carry instead:
+//! ```text
+//! F_nm = s_nm G_nm,   s_nm = a_m+1 a_m+2 … a_n        G_n = uρ G_n-1 − β ρ² G_n-2       ρ = R/r
+//! β = b_n/(a_n a_n-1) = (n+m−1)(n−m−1)/((2n−1)(2n−3))
+//! D = ∂G/∂u /ρ:      D_n = uρ D_n-1 + G_n-1 − βρ² D_n-2
+//! E = ∂²G/∂u² /2ρ²:  E_n = uρ E_n-1 + D_n-1 − βρ² E_n-2
+//! ```
+//! s_nm grows as 2ⁿ⁻ᵐ, 10¹⁰⁸ at degree 360, and G_nm falls as fast: far from the limits of double precision.
 //!
 //! Sums over n come first: for each order m a handful of numbers p, p' …, then they are multiplied by (s + it)ᵐ.
 //! Four orders go side by side all the way; an evaluation needs no memory beyond registers.
@@ -35,8 +41,9 @@ const ZERO: Lanes = Lanes::ZERO;
 /// One degree of four orders.
 #[derive(Clone, Copy, Debug)]
 struct Row {
-    a: Lanes,
+    /// β.
     b: Lanes,
+    /// s_nm C̄_nm and s_nm S̄_nm.
     c: Lanes,
     s: Lanes,
 }
@@ -67,18 +74,18 @@ pub struct Harmonics {
 /// Sums over degrees of one block: index 0 for C̄, 1 for S̄.
 #[derive(Clone, Copy, Default)]
 struct Sums {
-    /// F, (n+1) F, F'.
+    /// G, (n+1) G, D.
     f: [Lanes; 2],
     f1: [Lanes; 2],
     d: [Lanes; 2],
-    /// (n+1)(n+2) F, (n+1) F', F''; only with the gradient.
+    /// (n+1)(n+2) G, (n+1) D, E; only with the gradient.
     f2: [Lanes; 2],
     d1: [Lanes; 2],
     dd: [Lanes; 2],
 }
 
 impl Harmonics {
-    /// Prepares a field. O(degree × order) memory, 128 bytes for four coefficients.
+    /// Prepares a field. O(degree × order) memory, 96 bytes for four coefficients.
     #[must_use]
     pub fn new(field: &Coefficients) -> Self {
         let (degree, order) = (field.degree(), field.order());
@@ -96,7 +103,8 @@ impl Harmonics {
                 *start = if m <= order { a_mm } else { 0.0 };
             }
             diagonal.push(start.into());
-            rows.extend((first..=degree).map(|n| row(field, n, first)));
+            let mut scale = [1.0; LANES];
+            rows.extend((first..=degree).map(|n| row(field, n, first, &mut scale)));
         }
         Self { mu: field.mu, radius: field.radius, degree, rows, diagonal }
     }
@@ -122,7 +130,7 @@ impl Harmonics {
     /// ∂V/∂x at `p`, m from the centre, in the body's axes; m/s² in the same axes.
     ///
     /// Holds outside the sphere around the body; inside it the series diverges for high degrees.
-    /// At the centre itself the result is NaN. Degree × order × 7 fused operations.
+    /// At the centre itself the result is NaN. Degree × order × 6 fused operations.
     #[must_use]
     pub fn acceleration(&self, p: &Vec3) -> Vec3 {
         let (at, t) = self.totals::<false>(p);
@@ -175,7 +183,8 @@ impl Harmonics {
             let first = k * LANES;
             let count = self.degree + 1 - first;
             let rows = &self.rows[from..from + count];
-            let sums = block::<GRADIENT>(rows, first, *diagonal * rho_m, [u_rho, rho, rho2]);
+            let mut sums = block::<GRADIENT>(rows, first, *diagonal * rho_m, [u_rho, rho2]);
+            sums.scale::<GRADIENT>(rho, rho2);
             from += count;
             t.add::<GRADIENT>(&sums, first as f64, &power);
             power.next::<GRADIENT>();
@@ -186,33 +195,31 @@ impl Harmonics {
     }
 }
 
-/// Factors of the recursion and coefficients of degree `n`, orders `first` … `first + 3`.
-fn row(field: &Coefficients, n: usize, first: usize) -> Row {
-    let [mut a, mut b, mut c, mut s] = [[0.0; LANES]; 4];
-    for lane in 0..LANES {
+/// Factor of the recursion and coefficients of degree `n`, orders `first` … `first + 3`; `scale`: s of the degree before.
+fn row(field: &Coefficients, n: usize, first: usize, scale: &mut [f64; LANES]) -> Row {
+    let [mut b, mut c, mut s] = [[0.0; LANES]; 3];
+    for (lane, scale) in scale.iter_mut().enumerate() {
         let m = first + lane;
         if m > n || m > field.order() {
             continue;
         }
-        (c[lane], s[lane]) = field.get(n, m);
         if n > m {
             let (n, m) = (n as f64, m as f64);
-            let d = (n - m) * (n + m);
-            a[lane] = ((2.0 * n - 1.0) * (2.0 * n + 1.0) / d).sqrt();
-            let square = (2.0 * n + 1.0) * (n + m - 1.0) * (n - m - 1.0) / (d * (2.0 * n - 3.0));
-            // At n = m + 1 the factor is zero; for n = 1 its sign is none.
-            b[lane] = square.max(0.0).sqrt();
+            *scale *= ((2.0 * n - 1.0) * (2.0 * n + 1.0) / ((n - m) * (n + m))).sqrt();
+            // Zero at n = m + 1.
+            b[lane] = (n + m - 1.0) * (n - m - 1.0) / ((2.0 * n - 1.0) * (2.0 * n - 3.0));
         }
+        let (cos, sin) = field.get(n, m);
+        (c[lane], s[lane]) = (*scale * cos, *scale * sin);
     }
-    Row { a: a.into(), b: b.into(), c: c.into(), s: s.into() }
+    Row { b: b.into(), c: c.into(), s: s.into() }
 }
 
 /// The recursion over the degrees of four orders.
 struct Recursion {
     u_rho: Lanes,
-    rho: Lanes,
     rho2: Lanes,
-    /// F, F', F'' of the last degree and of the one before.
+    /// G, D, E of the last degree and of the one before.
     last: [Lanes; 3],
     before: [Lanes; 3],
     /// Degree of the next row, and one.
@@ -221,15 +228,14 @@ struct Recursion {
 }
 
 impl Recursion {
-    /// One degree; `start` changes F before it is summed.
+    /// One degree; `start` changes G before it is summed.
     #[inline(always)]
     fn degree<const GRADIENT: bool>(&mut self, row: &Row, start: impl Fn(Lanes) -> Lanes) {
-        let (last, before) = (self.last, self.before);
-        let (au, a, b) = (row.a * self.u_rho, row.a * self.rho, row.b * self.rho2);
-        let f = start(au.mul_add(last[0], -(b * before[0])));
-        let d = au.mul_add(last[1], a.mul_add(last[0], -(b * before[1])));
+        let (t, b, last, before) = (self.u_rho, row.b * self.rho2, self.last, self.before);
+        let f = start(t.mul_add(last[0], -(b * before[0])));
+        let d = t.mul_add(last[1], (-b).mul_add(before[1], last[0]));
         let dd = match GRADIENT {
-            true => au.mul_add(last[2], (a + a).mul_add(last[1], -(b * before[2]))),
+            true => t.mul_add(last[2], (-b).mul_add(before[2], last[1])),
             false => ZERO,
         };
         self.sums.add::<GRADIENT>(row, [f, d, dd], self.n1);
@@ -244,11 +250,10 @@ fn block<const GRADIENT: bool>(
     rows: &[Row],
     first: usize,
     diagonal: Lanes,
-    [u_rho, rho, rho2]: [f64; 3],
+    [u_rho, rho2]: [f64; 2],
 ) -> Sums {
     let mut all = Recursion {
         u_rho: u_rho.into(),
-        rho: rho.into(),
         rho2: rho2.into(),
         last: [ZERO; 3],
         before: [ZERO; 3],
@@ -257,7 +262,7 @@ fn block<const GRADIENT: bool>(
     };
     let (head, rest) = rows.split_at(LANES.min(rows.len()));
     for (k, row) in head.iter().enumerate() {
-        // Of this lane f is zero so far.
+        // Of this lane G is zero so far.
         let mut unit = [0.0; LANES];
         unit[k] = 1.0;
         let start = diagonal * Lanes::from(unit);
@@ -282,6 +287,19 @@ impl Sums {
                 self.f2[j] = ((n1 + Lanes::ONE) * f1).mul_add(x, self.f2[j]);
                 self.d1[j] = (n1 * d).mul_add(x, self.d1[j]);
                 self.dd[j] = dd.mul_add(x, self.dd[j]);
+            }
+        }
+    }
+
+    /// From D and E to the derivatives of F by u.
+    #[inline(always)]
+    fn scale<const GRADIENT: bool>(&mut self, rho: f64, rho2: f64) {
+        let (rho, twice) = (Lanes::splat(rho), Lanes::splat(2.0 * rho2));
+        for j in 0..2 {
+            self.d[j] *= rho;
+            if GRADIENT {
+                self.d1[j] *= rho;
+                self.dd[j] *= twice;
             }
         }
     }
