@@ -176,7 +176,7 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
         (
             "<griddedTableRef gtID=\"CL_TABLE\"/>",
             "<ungriddedTableRef utID=\"x\"/>",
-            vec!["without a grid", "resample"],
+            vec!["the table `x`, which is not there"],
         ),
     ] {
         assert!(FILE.contains(old), "{old}");
@@ -191,6 +191,116 @@ fn mistakes_are_told_with_place_fact_and_remedy() {
     // Several at once.
     let two = FILE.replace("-10, 0, 20", "-10, x, 20").replace("<cn>0.5</cn>", "<cn>half</cn>");
     assert!(read_dave(&two, "wing.dml").unwrap_err().faults.len() >= 2);
+}
+
+/// The same table by points in any order, and a line: no breakpoints, no grid.
+const POINTS: &str = r#"<DAVEfunc>
+  <fileHeader name="Points"/>
+  <variableDef name="mach" varID="MACH" units="nd"/>
+  <variableDef name="angleOfAttack" varID="ALPHA" units="deg"/>
+  <variableDef name="surface" varID="CL" units="nd"/>
+  <variableDef name="line" varID="CD" units="nd"/>
+  <ungriddedTableDef name="CL" utID="CL_POINTS" units="nd">
+    <dataPoint modID="A">0.5 -5 -0.5</dataPoint>
+    <dataPoint>2.0, 15, 1.2</dataPoint>
+    <dataPoint>0.5 15 1.5</dataPoint>
+    <dataPoint>2.0 -5 -0.4</dataPoint>
+    <dataPoint>1.0 5 0.7</dataPoint>
+  </ungriddedTableDef>
+  <function name="CL">
+    <independentVarRef varID="MACH"/>
+    <independentVarRef varID="ALPHA" max="12"/>
+    <dependentVarRef varID="CL"/>
+    <functionDefn><ungriddedTableRef utID="CL_POINTS"/></functionDefn>
+  </function>
+  <function name="CD">
+    <independentVarRef varID="MACH" extrapolate="max"/>
+    <dependentVarRef varID="CD"/>
+    <functionDefn><ungriddedTableDef>
+      <dataPoint>1.0 0.05</dataPoint><dataPoint>0.0 0.02</dataPoint><dataPoint>2.0 0.04</dataPoint>
+    </ungriddedTableDef></functionDefn>
+  </function>
+</DAVEfunc>"#;
+
+#[test]
+fn points_without_a_grid_make_tables_of_one_and_of_two_variables() {
+    let m = read_dave(POINTS, "points.dml").unwrap();
+    let at = |mach: f64, alpha: f64| {
+        let mut v = vec![0.0; m.variables.len()];
+        m.start(&mut v);
+        v[m.find("MACH").unwrap()] = mach;
+        v[m.find("ALPHA").unwrap()] = alpha;
+        let inside = m.evaluate(&mut v);
+        (v[m.find("CL").unwrap()], v[m.find("CD").unwrap()], inside)
+    };
+    // At points, between them, at `max`, and outside, where the nearest edge counts.
+    for (mach, alpha, lift, drag) in [
+        (1.0, 5.0, 0.7, 0.05),
+        (0.5, -5.0, -0.5, 0.035),
+        (0.75, 0.0, 0.1, 0.0425),
+        (0.5, 5.0, 0.5, 0.035),
+        (1.25, -5.0, -0.45, 0.0475),
+        (0.5, 40.0, 1.2, 0.035),
+        (0.2, 5.0, 0.5, 0.026),
+        (4.0, -9.0, -0.4, 0.02),
+    ] {
+        let (found, line, _) = at(mach, alpha);
+        assert!((found - lift).abs() < 1e-13, "{mach} {alpha}: {found} {lift}");
+        assert!((line - drag).abs() < 1e-14, "{mach}: {line} {drag}");
+    }
+    // How far inside, as shares of the widths: 1.5 and 20 deg; the line has 0 to 2.
+    assert!((at(1.0, 5.0).2 - 1.0 / 3.0).abs() < 1e-14);
+    assert!((at(0.5, 5.0).2).abs() < 1e-14 && (at(0.35, 5.0).2 + 0.1).abs() < 1e-14);
+    assert!(m.ignored.is_empty(), "{:?}", m.ignored);
+}
+
+#[test]
+fn points_that_make_no_table_are_told_with_place_and_remedy() {
+    for (old, new, phrases) in [
+        ("0.5 15 1.5", "0.5 15", vec!["points.dml:10:", "2 numbers", "3: each independent"]),
+        ("0.5 15 1.5", "0.5 15 x", vec!["`x`, not a number"]),
+        ("0.5 15 1.5", "2.0 15 1.5", vec!["two values at one place", "leave one"]),
+        ("<dataPoint>0.0 0.02", "<dataPoint>1.0 0.02", vec!["points at places of their own"]),
+        ("utID=\"CL_POINTS\"/>", "utID=\"CL_POINT\"/>", vec!["did you mean `CL_POINTS`"]),
+        ("max=\"12\"", "extrapolate=\"both\"", vec!["ends at its hull", "leave"]),
+        ("max=\"12\"", "interpolate=\"floor\"", vec!["is linear", "grid"]),
+        (
+            "<independentVarRef varID=\"ALPHA\" max=\"12\"/>",
+            "<independentVarRef varID=\"ALPHA\"/><independentVarRef varID=\"CD\"/>",
+            vec!["3 numbers", "4: each"],
+        ),
+    ] {
+        assert!(POINTS.contains(old), "{old}");
+        let text = match read_dave(&POINTS.replacen(old, new, 1), "points.dml") {
+            Err(e) => e.to_string(),
+            Ok(_) => panic!("{new}: taken"),
+        };
+        for phrase in phrases {
+            assert!(text.contains(phrase), "{new}: {phrase:?} is not in\n{text}");
+        }
+    }
+    let mut line = POINTS.to_string();
+    for (y, other) in
+        [("0.5 -5", "0.5 5"), ("2.0, 15", "2.0, 5"), ("0.5 15", "0.7 5"), ("2.0 -5", "1.5 5")]
+    {
+        line = line.replacen(y, other, 1);
+    }
+    let text = read_dave(&line, "points.dml").unwrap_err().to_string();
+    assert!(text.contains("points that lie on a line"), "{text}");
+    // Three variables: not without a grid.
+    let mut three = POINTS.replacen(
+        "<independentVarRef varID=\"ALPHA\" max=\"12\"/>",
+        "<independentVarRef varID=\"ALPHA\"/><independentVarRef varID=\"CD\"/>",
+        1,
+    );
+    for point in ["0.5 -5", "2.0, 15", "0.5 15", "2.0 -5", "1.0 5"] {
+        three = three.replacen(&format!(">{point}"), &format!(">0 {point}"), 1);
+    }
+    let text = read_dave(&three, "points.dml").unwrap_err().to_string();
+    assert!(
+        text.contains("a table of 3 variables without a grid") && text.contains("resample"),
+        "{text}"
+    );
 }
 
 /// NASA's files of the check cases. Without the folder the test says so and is skipped; with `CI=true` it fails.

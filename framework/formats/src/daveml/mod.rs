@@ -3,16 +3,18 @@
 //! variable   constant (initialValue), input, or result of a formula (MathML) or of a table function
 //! order      every variable after those it is made of; a circle is refused
 //! function   table over breakpoints, the last independent variable fastest; clamped at its ends
-//!            unless `extrapolate` says otherwise; linear unless `interpolate` says otherwise
+//!            unless `extrapolate` says otherwise; linear unless `interpolate` says otherwise;
+//!            or points without a grid, linear in the triangles between them
 //! checkData  static shots: inputs, and what must come out
 //! ```
-//! Read whole: variableDef, breakpointDef, griddedTableDef, function, calculation, checkData. Refused with
-//! place and remedy: ungridded tables, splines, scripts. What describes and does not act (authors,
+//! Read whole: variableDef, breakpointDef, griddedTableDef, ungriddedTableDef of one and of two variables, function, calculation,
+//! checkData. Refused with place and remedy: ungridded tables of more variables, splines, scripts. What describes and does not act (authors,
 //! provenance, uncertainty) is listed as not used. Values are in the units that the file names.
 
 mod check;
 mod mathml;
 mod read;
+mod scattered;
 mod table;
 mod units;
 

@@ -1,7 +1,8 @@
 //! Elements of a DAVE-ML file → [`DaveModel`]; mistakes are gathered.
 
 use super::mathml::{Expression, Formulas};
-use super::table::{Axis, DIMENSIONS, Function, Way};
+use super::scattered::Scattered;
+use super::table::{Axis, DIMENSIONS, Function, Grid, Way};
 use super::{DaveModel, DaveVariable, Making, Role, Shot, ShotValue};
 use crate::FormatError;
 use crate::error::{FaultKind, FileFault, FilePlace};
@@ -27,6 +28,8 @@ pub fn read_dave(text: &str, file: &str) -> Result<DaveModel, FormatError> {
 struct Shared<'e> {
     breakpoints: BTreeMap<String, Vec<f64>>,
     tables: BTreeMap<String, &'e Element>,
+    /// Those without a grid.
+    ungridded: BTreeMap<String, &'e Element>,
 }
 
 struct Reader {
@@ -153,9 +156,6 @@ impl Reader {
         for e in root.all("function") {
             self.function(e, &shared, &mut making);
         }
-        for e in root.all("ungriddedTableDef") {
-            self.ungridded(e);
-        }
         self.roles(&making);
         let shots = self.shots(root);
         let order = self.order(making, root)?;
@@ -249,7 +249,11 @@ impl Reader {
     }
 
     fn shared<'e>(&mut self, root: &'e Element) -> Shared<'e> {
-        let mut shared = Shared { breakpoints: BTreeMap::new(), tables: BTreeMap::new() };
+        let mut shared = Shared {
+            breakpoints: BTreeMap::new(),
+            tables: BTreeMap::new(),
+            ungridded: BTreeMap::new(),
+        };
         for e in root.all("breakpointDef") {
             e.attr("name");
             e.attr("units");
@@ -266,23 +270,19 @@ impl Reader {
                 self.fault(e, "bpID", kind);
             }
         }
-        for e in root.all("griddedTableDef") {
-            let Some(id) = self.need(e, "gtID").map(String::from) else { continue };
-            if let Some(old) = shared.tables.insert(id.clone(), e) {
-                let kind = FaultKind::Duplicate { kind: "table", name: id, first: old.place() };
-                self.fault(e, "gtID", kind);
+        for (name, key, tables) in [
+            ("griddedTableDef", "gtID", &mut shared.tables),
+            ("ungriddedTableDef", "utID", &mut shared.ungridded),
+        ] {
+            for e in root.all(name) {
+                let Some(id) = self.need(e, key).map(String::from) else { continue };
+                if let Some(old) = tables.insert(id.clone(), e) {
+                    let kind = FaultKind::Duplicate { kind: "table", name: id, first: old.place() };
+                    self.fault(e, key, kind);
+                }
             }
         }
         shared
-    }
-
-    fn ungridded(&mut self, e: &Element) {
-        e.touch_all();
-        let kind = FaultKind::Unsupported {
-            what: format!("<{}> is a table without a grid", e.label()),
-            help: "resample it on a grid: <griddedTableDef>".into(),
-        };
-        self.fault(e, "", kind);
     }
 
     fn function(&mut self, e: &Element, shared: &Shared<'_>, making: &mut [Option<Making>]) {
@@ -364,41 +364,17 @@ impl Reader {
         let result = self.variable(dependent, "varID", &id);
         let definition = self.need_child(e, "functionDefn")?;
         definition.attr("name");
-        for name in ["ungriddedTableRef", "ungriddedTableDef", "ungriddedTable"] {
-            if let Some(u) = definition.child(name) {
-                self.ungridded(u);
-                return None;
+        let without = ["ungriddedTableRef", "ungriddedTableDef", "ungriddedTable"];
+        if without.iter().any(|name| definition.child(name).is_some()) {
+            let names = ["ungriddedTable", "utID"];
+            let table = self.referred(e, definition, names, &shared.ungridded)?;
+            let mut axes = Vec::new();
+            for r in references {
+                axes.push((r, self.axis(r, Vec::new())?));
             }
+            return self.scattered(table, axes).and_then(|f| Some((result?, f)));
         }
-        let inline = ["griddedTableDef", "griddedTable"].iter().find_map(|n| definition.child(n));
-        let table = match (inline, definition.child("griddedTableRef")) {
-            (Some(t), _) => t,
-            (None, Some(r)) => {
-                let id = self.need(r, "gtID")?.to_string();
-                match shared.tables.get(&id) {
-                    Some(t) => t,
-                    None => {
-                        let kind = FaultKind::UnknownName {
-                            what: format!("<{}>", e.label()),
-                            kind: "table",
-                            help: suggest(&id, "table", shared.tables.keys().map(String::as_str)),
-                            name: id,
-                        };
-                        self.fault(r, "gtID", kind);
-                        return None;
-                    }
-                }
-            }
-            (None, None) => {
-                let kind = FaultKind::Missing {
-                    what: format!("<{}>", e.label()),
-                    missing: "table".into(),
-                    help: "write <griddedTableRef gtID=\"…\"/> or <griddedTableDef>".into(),
-                };
-                self.fault(definition, "", kind);
-                return None;
-            }
-        };
+        let table = self.referred(e, definition, ["griddedTable", "gtID"], &shared.tables)?;
         let (breakpoints, data) = self.table(table, shared)?;
         if breakpoints.len() != references.len() {
             let text = format!("{} breakpoint sets", breakpoints.len());
@@ -411,6 +387,113 @@ impl Reader {
             axes.push(self.axis(r, points)?);
         }
         self.sized(table, axes, data).and_then(|f| Some((result?, f)))
+    }
+
+    /// The table of a function: written in its definition, or referred to.
+    fn referred<'e>(
+        &mut self,
+        e: &Element,
+        definition: &'e Element,
+        [name, key]: [&str; 2],
+        tables: &BTreeMap<String, &'e Element>,
+    ) -> Option<&'e Element> {
+        if let Some(inline) =
+            [format!("{name}Def"), name.to_string()].iter().find_map(|n| definition.child(n))
+        {
+            return Some(inline);
+        }
+        let Some(r) = definition.child(&format!("{name}Ref")) else {
+            let kind = FaultKind::Missing {
+                what: format!("<{}>", e.label()),
+                missing: "table".into(),
+                help: "write <griddedTableRef gtID=\"…\"/> or <griddedTableDef>".into(),
+            };
+            self.fault(definition, "", kind);
+            return None;
+        };
+        let id = self.need(r, key)?.to_string();
+        let found = tables.get(&id).copied();
+        if found.is_none() {
+            let kind = FaultKind::UnknownName {
+                what: format!("<{}>", e.label()),
+                kind: "table",
+                help: suggest(&id, "table", tables.keys().map(String::as_str)),
+                name: id,
+            };
+            self.fault(r, key, kind);
+        }
+        found
+    }
+
+    /// Points without a grid: of one variable a table over the points, of two a triangulation.
+    fn scattered(&mut self, e: &Element, axes: Vec<(&Element, Axis)>) -> Option<Function> {
+        for word in ["name", "units", "utID"] {
+            e.attr(word);
+        }
+        let n = axes.len();
+        let mut rows = Vec::new();
+        for point in e.all("dataPoint") {
+            // Which change of the file brought it.
+            point.attr("modID");
+            let row = self.list(point)?;
+            if row.len() != n + 1 {
+                let expected = format!("{}: each independent variable and the value", n + 1);
+                let help = "write the variables in the order of independentVarRef, then the value";
+                self.bad(point, "", &format!("{} numbers", row.len()), &expected, help);
+                return None;
+            }
+            rows.push(row);
+        }
+        if n == 1 {
+            rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
+            if rows.is_empty() || rows.windows(2).any(|w| !(w[1][0] > w[0][0])) {
+                let help = "write one dataPoint for each place";
+                self.bad(
+                    e,
+                    "",
+                    &format!("{} points", rows.len()),
+                    "points at places of their own",
+                    help,
+                );
+                return None;
+            }
+            let (_, mut axis) = axes.into_iter().next()?;
+            axis.points = rows.iter().map(|row| row[0]).collect();
+            let data = rows.iter().map(|row| row[1]).collect();
+            return Some(Function::Grid(Grid { axes: vec![axis], data }));
+        }
+        let axes: [(&Element, Axis); 2] = axes
+            .try_into()
+            .map_err(|_| {
+                let kind = FaultKind::Unsupported {
+                    what: format!("<{}> is a table of {n} variables without a grid", e.label()),
+                    help: "resample it on a grid: <griddedTableDef>".into(),
+                };
+                self.fault(e, "", kind);
+            })
+            .ok()?;
+        for (r, axis) in &axes {
+            if axis.way != Way::Linear || axis.beyond != [false; 2] {
+                let kind = FaultKind::Unsupported {
+                    what: format!(
+                        "<{}>: without a grid a table of two variables is linear, and ends at its hull",
+                        r.label()
+                    ),
+                    help: "leave `interpolate` and `extrapolate` out, or resample it on a grid"
+                        .into(),
+                };
+                self.fault(r, "", kind);
+                return None;
+            }
+        }
+        let rows: Vec<[f64; 3]> = rows.iter().map(|row| [row[0], row[1], row[2]]).collect();
+        match Scattered::new(axes.map(|(_, axis)| axis), &rows) {
+            Ok(table) => Some(Function::Scattered(table)),
+            Err([fact, help]) => {
+                self.bad(e, "", fact, "points that span a surface, one value at each", help);
+                None
+            }
+        }
     }
 
     /// Breakpoints of each axis, and data.
@@ -455,7 +538,7 @@ impl Reader {
             self.bad(e, "", &format!("{} numbers", data.len()), &expected, help);
             return None;
         }
-        Some(Function { axes, data })
+        Some(Function::Grid(Grid { axes, data }))
     }
 
     /// What has neither value nor formula is an input.
@@ -480,7 +563,7 @@ impl Reader {
                 let mut all = Vec::new();
                 match m {
                     Some(Making::Formula(e)) => Expression::variables(e, &mut all),
-                    Some(Making::Table(f)) => all.extend(f.axes.iter().map(|a| a.variable)),
+                    Some(Making::Table(f)) => all.extend(f.variables()),
                     None => {}
                 }
                 all

@@ -1,9 +1,11 @@
-//! Functions of one or more variables by tables on a grid of breakpoints.
+//! Functions of one or more variables by tables on a grid of breakpoints, or of points without one.
 //! ```text
 //! linear    y = Σ over the 2ⁿ corners of the cell  y_c Π (1 − f_i or f_i),  f = (u − b_k)/(b_k+1 − b_k)
 //! discrete  the nearer breakpoint; floor, ceiling: the one below, above
 //! outside   clamped, or the slope of the last cell goes on where `extrapolate` allows
 //! ```
+
+use super::scattered::Scattered;
 
 /// Dimensions of a table, at most: a cell has 2ⁿ corners.
 pub(super) const DIMENSIONS: usize = 8;
@@ -31,9 +33,16 @@ pub(super) struct Axis {
     pub limits: [f64; 2],
 }
 
+/// A function.
+#[derive(Clone, Debug)]
+pub(super) enum Function {
+    Grid(Grid),
+    Scattered(Scattered),
+}
+
 /// A table over axes, the last one fastest.
 #[derive(Clone, Debug)]
-pub(super) struct Function {
+pub(super) struct Grid {
     pub axes: Vec<Axis>,
     pub data: Vec<f64>,
 }
@@ -66,6 +75,25 @@ impl Axis {
 }
 
 impl Function {
+    /// The value, and how far inside the table it was looked for.
+    pub fn value(&self, values: &[f64]) -> (f64, f64) {
+        match self {
+            Function::Grid(grid) => grid.value(values),
+            Function::Scattered(scattered) => scattered.value(values),
+        }
+    }
+
+    /// The independent variables.
+    pub fn variables(&self) -> impl Iterator<Item = usize> + '_ {
+        let axes = match self {
+            Function::Grid(grid) => &grid.axes[..],
+            Function::Scattered(scattered) => &scattered.axes[..],
+        };
+        axes.iter().map(|axis| axis.variable)
+    }
+}
+
+impl Grid {
     /// The value, and how far inside the table it was looked for.
     pub fn value(&self, values: &[f64]) -> (f64, f64) {
         let n = self.axes.len();
