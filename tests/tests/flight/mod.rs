@@ -3,6 +3,7 @@
 mod ascent;
 mod asteroid;
 mod balloon;
+mod capsule_landing;
 mod check_cases;
 mod descent;
 mod entry;
