@@ -53,7 +53,7 @@ fn mass(body: &Body) -> f64 {
 
 /// A mechanism as a tree of lines: body, hinge with its places in q and v, modes with theirs, mass.
 pub fn tree(mbs: &Multibody) -> String {
-    let (bodies, total) = (mbs.bodies().len(), mbs.total_mass());
+    let (bodies, total) = (mbs.bodies().len(), number(mbs.total_mass()));
     let mut out = format!("{bodies} bodies, nq={}, nv={}, {total} kg\nworld", mbs.nq(), mbs.nv());
     for (branch, id) in branches(mbs) {
         let body = mbs.get(id);
@@ -66,7 +66,7 @@ pub fn tree(mbs: &Multibody) -> String {
             let (n, q, v) = (body.modes_q().len(), body.modes_q(), body.modes_v());
             let _ = write!(out, "  {n} modes  q[{}:{}] v[{}:{}]", q.start, q.end, v.start, v.end);
         }
-        let _ = write!(out, "  {} kg", mass(body));
+        let _ = write!(out, "  {} kg", number(mass(body)));
     }
     out
 }

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import matrix_of, off, random_mechanism, rotation
+from conftest import SOURCE, matrix_of, off, random_mechanism, rotation
 
 import linkwork as lw
 
@@ -459,3 +459,9 @@ def test_other_threads_run_meanwhile():
     for th in threads:
         th.join()
     assert not wrong
+
+
+def test_a_printed_mechanism_has_masses_without_rounding_in_the_last_digits():
+    text = str(lw.load(SOURCE / "assemblies/arms/six_axis.urdf"))
+    assert text.splitlines()[0] == "8 bodies, nq=6, nv=6, 21.1 kg"
+    assert "forearm  pin  q[2:3] v[2:3]  2.3 kg" in text
