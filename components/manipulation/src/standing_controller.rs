@@ -31,7 +31,7 @@ const FEET_MAX: usize = 8;
 const EDGES: usize = 4;
 /// Corrections of the trunk's acceleration.
 const PASSES: usize = 4;
-/// Sweeps for the forces, the change of a force (N) at which they end, ε over the mean diagonal, and ℓ (m).
+/// Iterations for the forces, the change of a force (N) at which they end, ε over the mean diagonal, and ℓ (m).
 const SWEEPS: Sweeps = Sweeps { most: 400, settled: 1e-7 };
 const WEIGHT: f64 = 1e-4;
 const LENGTH: f64 = 0.2;

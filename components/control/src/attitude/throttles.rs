@@ -4,8 +4,8 @@
 //! s = argmin |W (B s − w)|² + ε |s|²,  s_min ≤ s ≤ 1      W² = diag(weights of the torque/ℓ², weights of the force), ℓ: the root mean square of |r|
 //! ```
 //! An engine that is no part of the set (`off`) has throttle 0. What engines cannot give together is left out, so that it is least as the weights count it: with 0 for
-//! what need not be, such as the force across. The minimum is found by projected Gauss–Seidel sweeps; ε is 1e-6 of the mean diagonal of (W B)ᵀ W B. Cost: engines² for
-//! a sweep, 300 sweeps at the most.
+//! what need not be, such as the force across. `bounded` of `linkwork-embedded` finds the minimum; ε is 1e-6 of the mean diagonal of (W B)ᵀ W B. Cost: engines² for
+//! an iteration, of few more than engines that end between their ends.
 
 use super::jets::Jet;
 use linkwork_embedded::{Sweeps, bounded};
@@ -13,7 +13,7 @@ use linkwork_runtime::prelude::*;
 
 /// Engines of a set at most.
 const ENGINES_MAX: usize = 32;
-/// Sweeps at most, the change of a throttle at which they end, and ε over the mean diagonal.
+/// Iterations at most, the change of a throttle at which they end, and ε over the mean diagonal.
 const SWEEPS: Sweeps = Sweeps { most: 300, settled: 1e-7 };
 const WEIGHT: f64 = 1e-6;
 
