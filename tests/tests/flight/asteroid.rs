@@ -46,8 +46,8 @@ fn a_spacecraft_touches_a_small_body_and_backs_away() {
         last - first
     );
     println!("{used} kg used; at the end {} at {}", over.0, over.1);
-    assert!((velocity.z + 0.1).abs() < 5e-4 && (velocity.xy().norm() - 1e-3).abs() < 5e-4);
-    assert!((miss - 0.005).abs() < 1e-3, "{miss}");
+    assert!((velocity.z + 0.1).abs() < 5e-4 && (velocity.xy().norm() - 1.8e-3).abs() < 5e-4);
+    assert!((miss - 0.004).abs() < 1e-3, "{miss}");
     // Spring and damper stop the whole mass: z̈ = −(k z + c ż)/m from the speed of the touch.
     let (k, c, mass) = (150.0_f64, 100.0, 1300.0 - used);
     let (w, zeta) = ((k / mass).sqrt(), c / (2.0 * (k * mass).sqrt()));
@@ -60,8 +60,8 @@ fn a_spacecraft_touches_a_small_body_and_backs_away() {
     near(told[2].1, 1104.65, 0.5);
     near(last - first, 7.9, 0.3);
     near(force, 37.8, 1.0);
-    // 2.83 to 2.96 for accuracies from 1e-8 to 1e-11: whether a jet is open for one more second hangs on last digits.
-    near(used, 2.9, 0.12);
+    // 3.10 to 3.15 for accuracies from 1e-8 to 1e-11: whether a jet is open for one more second hangs on last digits.
+    near(used, 3.13, 0.05);
     near(over.0.z, 115.0, 0.3);
-    near(pointing, 0.116, 0.03);
+    near(pointing, 0.086, 0.03);
 }
