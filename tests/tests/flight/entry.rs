@@ -4,7 +4,7 @@ use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
 
 /// `aim` of the file.
-const AIM: [f64; 3] = [0.996781, -0.0033267, -0.080102];
+const AIM: [f64; 3] = [0.996781, -0.0033254, -0.0800988];
 
 use crate::common;
 use common::{Worst, get, rotation, seconds, velocity};

@@ -479,10 +479,10 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     // Parachute and stage pull and push on a body that turns: it hangs along the riser, and carries what hangs upright.
     // As the README tells.
     let (riser, upright) = (hangs.to_degrees(), leans.0.to_degrees());
-    assert!((riser - 0.81).abs() < 0.01 && (upright - 0.71).abs() < 0.01, "{riser} {upright}");
+    assert!((riser - 0.74).abs() < 0.01 && (upright - 0.60).abs() < 0.01, "{riser} {upright}");
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
-    assert!((when - entry - 375.4).abs() < 0.05, "{}", when - entry);
+    assert!((when - entry - 375.15).abs() < 0.05, "{}", when - entry);
     assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.1, "{velocity}");
     // Over all rows of 375 s: 2.4, 2.6 and 2.4.
     let [height, speed, place, tilt] = wrong;
