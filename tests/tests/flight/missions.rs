@@ -455,8 +455,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         ("backshell_off", 313.3, 1.7, 74.1),
         ("powered", 314.3, 1.62, 77.9),
         ("sky_crane", 360.4, 0.0197, 0.76),
-        ("fly_away", 375.4, 0.0094, 0.53),
-        ("driving", 379.2, 0.06, 30.6),
+        ("fly_away", 375.5, 0.0091, 0.53),
+        ("driving", 379.3, 0.06, 30.7),
     ];
     assert_eq!(told.len(), want.len(), "{told:?}");
     for ((phase, t, height, speed), w) in told.iter().zip(want) {
@@ -479,12 +479,12 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     // Parachute and stage pull and push on a body that turns: it hangs along the riser, and carries what hangs upright.
     // As the README tells.
     let (riser, upright) = (hangs.to_degrees(), leans.0.to_degrees());
-    assert!((riser - 0.74).abs() < 0.01 && (upright - 0.60).abs() < 0.01, "{riser} {upright}");
+    assert!((riser - 0.83).abs() < 0.01 && (upright - 0.60).abs() < 0.01, "{riser} {upright}");
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
-    assert!((when - entry - 375.15).abs() < 0.05, "{}", when - entry);
+    assert!((when - entry - 375.21).abs() < 0.05, "{}", when - entry);
     assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.1, "{velocity}");
-    // Over all rows of 375 s: 2.4, 2.6 and 2.4.
+    // Over all rows of 375 s: 1.6, 2.6, 1.9 and 3.9.
     let [height, speed, place, tilt] = wrong;
     height.below(3.0, "error of the height, deviations");
     speed.below(3.5, "error of the velocity, deviations");
