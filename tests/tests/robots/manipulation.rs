@@ -332,7 +332,7 @@ fn a_quadruped_stands_up_is_pushed_and_stays() {
         // The figures of its page that are no figures of the file.
         let page = match set {
             "push=8" => Some([(pushed, 0.017), (side[1], 0.031), (moved, 2e-3)]),
-            "push=12" => Some([(moved, 0.031); 3]),
+            "push=12" => Some([(moved, 0.033); 3]),
             _ => None,
         };
         for (value, said) in page.into_iter().flatten() {
