@@ -1772,7 +1772,7 @@ enum LwStatus lw_priorities_level(struct LwPriorities *problem,
 enum LwStatus lw_priorities_x(struct LwPriorities *problem, double *x, size_t n);
 
 // Moves `s` (`n` numbers) to the minimum of s N s / 2 - r s between `lower` and `upper`, from where it is: `normal` is N (n rows of n, row after row, symmetric with a positive diagonal), `right` r
-// (`n`). It ends after `most` sweeps, or when no number moves by more than `settled` in one; how many it took into `sweeps` (NULL: not asked for). Cost of a sweep: n^2. No handle has a message of it.
+// (`n`). It ends after `most` iterations of an active set (sweeps, above 64 numbers), or when no number alone would move by more than `settled`; how many it took into `sweeps` (NULL: not asked for). Cost of each: n^2. No handle has a message of it.
 enum LwStatus lw_bounded(const double *normal,
                          const double *right,
                          size_t n,

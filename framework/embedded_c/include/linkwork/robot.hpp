@@ -1087,7 +1087,7 @@ class Priorities {
   std::unique_ptr<LwPriorities, detail::Freed<lw_priorities_free>> handle_;
 };
 
-// The minimum of s N s / 2 - r s between two ends, from where s is; how many sweeps it took.
+// The minimum of s N s / 2 - r s between two ends, from where s is; how many iterations (sweeps, above 64 numbers) it took.
 inline std::size_t bounded(Span<const double> normal, Span<const double> right, double lower, double upper,
                            Span<double> s, std::size_t most = 200, double settled = 1e-12) {
   if (right.size() != s.size() || normal.size() != s.size() * s.size())
