@@ -17,8 +17,8 @@
 
 use crate::linear::{M3, S3, V3};
 use crate::query::v3;
-use crate::tree::{Link, OnLink, s3};
-use linkwork_multibody::{BodyId, Multibody};
+use crate::tree::{Kind, Link, OnLink, s3};
+use linkwork_multibody::{BodyId, Coordinate, Multibody};
 use linkwork_spatial::{Mat3, RigidInertia};
 use std::ops::Range;
 
@@ -61,6 +61,13 @@ pub(crate) struct Compound {
     pub com: V3<f64>,
     /// J_c, about the centre of mass, link axes.
     pub J: S3<f64>,
+    /// 1/m and J_c⁻¹, zero where there is no such thing.
+    pub m_inv: f64,
+    pub J_inv: S3<f64>,
+    /// It has mass, and inertia about every axis.
+    pub solid: bool,
+    /// Only one body of it has mass.
+    pub single: bool,
     /// Of it what the bodies have as themselves.
     pub K: S3<f64>,
     /// The four points, link axes.
@@ -78,10 +85,16 @@ impl Compound {
         let c = sum.inertia.com();
         let L = root(&s3(&(sum.points / m - c * c.transpose())));
         let com = v3(&c);
+        let J = s3(&sum.inertia.inertia_com());
+        let (J_inv, solid) = J.inverse();
         let signs = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
         Self {
             com,
-            J: s3(&sum.inertia.inertia_com()),
+            J,
+            m_inv: 1.0 / m,
+            J_inv: if solid { J_inv } else { S3::default() },
+            solid,
+            single: sum.bodies == 1,
             K: s3(&sum.K),
             points: signs.map(|[x, y, z]| com + L.mul(V3 { x, y, z })),
             reach: if sum.bodies > FEW { sum.reach + c.norm() } else { f64::INFINITY },
@@ -135,6 +148,11 @@ impl Compounds {
     /// As one body.
     pub fn get(&self, slot: usize) -> &Compound {
         &self.of_link[slot - 1]
+    }
+
+    /// Of all links.
+    pub fn all(&self) -> &[Compound] {
+        &self.of_link
     }
 
     /// Bodies that move with a slot.
@@ -198,9 +216,16 @@ impl Compounds {
 
 impl Link {
     /// Takes on the inertia of all that moves with it.
-    pub fn put(&mut self, sum: &RigidInertia) {
+    pub fn put(&mut self, sum: &RigidInertia, whole: &Compound) {
         (self.m, self.h) = (sum.mass(), v3(&sum.h()));
         self.J = s3(&sum.inertia());
+        self.alone(whole);
+    }
+
+    /// Whether it moves by itself alone.
+    pub fn alone(&mut self, whole: &Compound) {
+        let free = self.kind == Kind::Free && self.coordinate == Coordinate::Free;
+        self.lone = free && self.parent == 0 && self.leaf && whole.solid;
     }
 }
 

@@ -19,12 +19,14 @@ impl Workspace {
 
     /// Adds a wrench on a node: moment about the node's origin (N m) and force (N), world axes.
     pub fn add_wrench_at_node(&mut self, tree: &Tree, node: NodeId, wrench: Force) {
-        self.add(tree.node(node), &Vec3::zeros(), wrench);
+        let at = tree.node(node);
+        self.add(at, &at.p, wrench);
     }
 
     /// Adds a wrench on a body: moment about its origin (N m) and force (N), world axes.
     pub fn add_wrench_at_body(&mut self, tree: &Tree, body: BodyId, wrench: Force) {
-        self.add(tree.body(body), &Vec3::zeros(), wrench);
+        let at = tree.body(body);
+        self.add(at, &at.p, wrench);
     }
 
     /// Adds a force (N, world axes) through the centre of mass of a body. On a flexible body it acts on the body frame:
@@ -37,7 +39,7 @@ impl Workspace {
                 self.body_rotation(tree, body).transpose() * c
             }
         };
-        self.add(tree.body(body), &com, Force::new(Vec3::zeros(), force));
+        self.add_at(tree.body(body), &com, Force::new(Vec3::zeros(), force));
     }
 
     /// Gravity that depends on place: `field` gives the acceleration of free fall (m/s², world
@@ -68,6 +70,11 @@ impl Workspace {
                     sum = sum + f.to_parent(r);
                 }
                 self.work.f_ext[slot] = self.work.f_ext[slot] + sum;
+            } else if whole.single {
+                let r = kin.R.mul(whole.com);
+                let g = field(&vec3(&(kin.p + r)));
+                let f = V6 { n: V3::default(), f: v3(&g).scale(link.m) };
+                self.work.f_ext[slot] = self.work.f_ext[slot] + f.to_parent(r);
             } else {
                 for id in tree.compounds.bodies(slot) {
                     self.pull(tree, id, field);
@@ -89,7 +96,7 @@ impl Workspace {
             let com = inertia.com();
             let g = field(&self.rigid_point(tree, id, &com));
             let f = Force::new(Vec3::zeros(), g * inertia.mass());
-            self.add(tree.body(id), &com, f);
+            self.add_at(tree.body(id), &com, f);
         }
     }
 
@@ -121,7 +128,7 @@ impl Workspace {
             if inertia.mass() > 0.0 {
                 let inertia_W = inertia.rotate_by(&self.body_rotation(tree, id));
                 let wrench = coriolis(&inertia_W, &self.body_velocity(tree, id), omega);
-                self.add(tree.body(id), &inertia.com(), wrench);
+                self.add_at(tree.body(id), &inertia.com(), wrench);
             }
         }
         crate::flexible::apply_coriolis(flex, &mut self.work, omega);
@@ -133,12 +140,16 @@ impl Workspace {
     }
 
     /// A force through the point `offset` of a frame on a link (frame axes), with a moment.
-    fn add(&mut self, at: &OnLink, offset: &Vec3, wrench: Force) {
+    fn add_at(&mut self, at: &OnLink, offset: &Vec3, wrench: Force) {
+        self.add(at, &(at.p + at.R * offset), wrench);
+    }
+
+    /// The same through a point of the link (link axes).
+    #[inline]
+    fn add(&mut self, at: &OnLink, point: &Vec3, wrench: Force) {
         let slot = at.slot as usize;
-        let r = at.p + at.R * offset;
-        let r = self.work.kin[slot].R.mul(V3 { x: r.x, y: r.y, z: r.z });
-        let (n, f) = (&wrench.moment, &wrench.force);
-        let w = V6 { n: V3 { x: n.x, y: n.y, z: n.z }, f: V3 { x: f.x, y: f.y, z: f.z } };
+        let r = self.work.kin[slot].R.mul(v3(point));
+        let w = V6 { n: v3(&wrench.moment), f: v3(&wrench.force) };
         self.work.f_ext[slot] = self.work.f_ext[slot] + w.to_parent(r);
     }
 }

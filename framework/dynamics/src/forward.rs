@@ -20,6 +20,7 @@
 
 use crate::articulated::Spatial;
 use crate::composite::world_inertia;
+use crate::compound::Compound;
 use crate::error::DynamicsError;
 use crate::kinematics::{check, kinematics};
 use crate::lane::Lane;
@@ -77,7 +78,11 @@ pub(crate) fn run<L: Lane>(
     tau: &mut [L],
     vdot: &mut [L],
 ) -> Result<(), DynamicsError> {
-    if let Some(k) = gather(&tree.links, work, tau, vdot) {
+    if tree.apart && !work.base_moves {
+        apart(tree, work, tau, vdot);
+        return Ok(());
+    }
+    if let Some(k) = gather(tree, work, tau, vdot) {
         return Err(tree.singular(k));
     }
     scatter(&tree.links, work, tau, vdot);
@@ -113,12 +118,20 @@ pub(crate) fn rigid_mass<L: Lane>(
 }
 
 /// Returns the outermost link whose free hinge has no inertia to move.
-fn gather<L: Lane>(links: &[Link], w: &mut Work<L>, tau: &[L], vdot: &[L]) -> Option<usize> {
+fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) -> Option<usize> {
+    let links = &tree.links[..];
     let n = links.len();
     let (kin, f_ext, g) = (&w.kin[..n + 1], &w.f_ext[..n + 1], w.gravity);
     let (art, one) = (&mut w.art[..n + 1], &mut w.one[..n + 1]);
+    let at_rest = !w.base_moves;
     for k in (0..n).rev() {
         let (link, kin) = (&links[k], &kin[k + 1]);
+        if link.lone && at_rest {
+            let i = link.v as usize;
+            let (whole, T) = (tree.compounds.get(k + 1), &tau[i..i + 6]);
+            w.acc[k + 1] = lone(whole, kin, &f_ext[k + 1], g, T, &mut vdot[i..i + 6]);
+            continue;
+        }
         let (J, h, z) = rigid(link, kin, &f_ext[k + 1], g);
         let P = Spatial { I: J, H: M3::skew(h), M: S3::diagonal(L::splat(link.m)) };
         let mut P = Art { P, z };
@@ -256,10 +269,53 @@ fn free<L: Lane>(
     ok_M && ok_S
 }
 
+/// Bodies of which each is by itself, in a world at rest.
+fn apart<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) {
+    let n = tree.links.len();
+    let bodies = &tree.compounds.all()[..n];
+    let (kin, f_ext, acc) = (&w.kin[1..=n], &w.f_ext[1..=n], &mut w.acc[1..=n]);
+    for k in 0..n {
+        let i = tree.links[k].v as usize;
+        let (T, vdot) = (&tau[i..i + 6], &mut vdot[i..i + 6]);
+        acc[k] = lone(&bodies[k], &kin[k], &f_ext[k], w.gravity, T, vdot);
+    }
+}
+
+/// A body by itself, in its own axes about its centre of mass c, where its inertia is constant:
+/// ```text
+/// ω̇ = J_c⁻¹ (n_c − ω × J_c ω),   v̇ = f/m + g − ω × v − ω̇ × c − ω × (ω × c)
+/// ```
+/// Gives the acceleration less bias, world axes.
+#[inline(always)]
+fn lone<L: Lane>(
+    body: &Compound,
+    kin: &Kin<L>,
+    f_ext: &V6<L>,
+    g: V3<L>,
+    tau: &[L],
+    vdot: &mut [L],
+) -> V6<L> {
+    let (R, c) = (&kin.R, V3::splat(&body.com));
+    let w = R.tmul(kin.V.n);
+    let f = V3::tmul_add(R, f_ext.f, V3::read(&tau[3..]));
+    let n = V3::tmul_add(R, f_ext.n, V3::read(tau)) - c.cross(f);
+    let Jw = S3::splat(&body.J).mul(w);
+    let n = S3::splat(&body.J_inv).mul(n - w.cross(Jw));
+    let centre = w.cross_add(w.cross(c), n.cross(c));
+    let f = f.scale_add(L::splat(body.m_inv), R.tmul(g - kin.A.f) - centre);
+    n.write(vdot);
+    f.write(&mut vdot[3..]);
+    V6 { n: R.mul(n), f: R.mul(f) }
+}
+
 fn scatter<L: Lane>(links: &[Link], w: &mut Work<L>, tau: &mut [L], vdot: &mut [L]) {
     let n = links.len();
     let (kin, one, acc) = (&w.kin[..n + 1], &w.one[..n + 1], &mut w.acc[..n + 1]);
+    let at_rest = !w.base_moves;
     for (k, link) in links.iter().enumerate() {
+        if link.lone && at_rest {
+            continue;
+        }
         let (kin, one) = (&kin[k + 1], &one[k + 1]);
         let mut a = acc[link.parent as usize].to_child(kin.l);
         let i = link.v as usize;

@@ -45,7 +45,16 @@ pub fn poses(tree: &Tree, ws: &mut Workspace, q: &[f64]) {
 #[track_caller]
 #[inline(always)]
 pub(crate) fn check(got: usize, want: usize, what: &str) {
-    assert_eq!(got, want, "`{what}` has {got} numbers, the mechanism has {want}");
+    if got != want {
+        wrong(got, want, what);
+    }
+}
+
+#[track_caller]
+#[cold]
+#[inline(never)]
+fn wrong(got: usize, want: usize, what: &str) -> ! {
+    panic!("`{what}` has {got} numbers, the mechanism has {want}");
 }
 
 pub(crate) fn sweep<L: Lane, const RATES: bool>(tree: &Tree, work: &mut Work<L>, q: &[L], v: &[L]) {
@@ -53,7 +62,12 @@ pub(crate) fn sweep<L: Lane, const RATES: bool>(tree: &Tree, work: &mut Work<L>,
     assert_eq!(work.kin.len(), links.len() + 1, "workspace made for another tree");
     turns(tree.turns::<L>(), &mut work.turns, q);
     let (kin, turns) = (&mut work.kin, &work.turns[..links.len()]);
+    let at_rest = !work.base_moves;
     for (k, link) in links.iter().enumerate() {
+        if link.on_world && at_rest {
+            floating::<L, RATES>(link, &mut kin[k + 1], q, v);
+            continue;
+        }
         step::<L, RATES>(k, link, kin, turns[k], q, v);
     }
 }
@@ -86,6 +100,21 @@ fn step<L: Lane, const RATES: bool>(
 ) {
     let (done, rest) = kin.split_at_mut(k + 1);
     across::<L, RATES>(&done[link.parent as usize], &mut rest[0], link, turn, q, v);
+}
+
+/// A link on the world, which is at rest: what [`across`] gives, with its bits.
+#[inline(always)]
+fn floating<L: Lane, const RATES: bool>(link: &Link, out: &mut Kin<L>, q: &[L], v: &[L]) {
+    let q = &q[link.q as usize..];
+    let R = M3::from_quat(&q[3..7]);
+    (out.R, out.l) = (R, V3::read(q));
+    out.p = out.l;
+    if RATES {
+        let v = &v[link.v as usize..];
+        let (rate, slide) = (R.mul(V3::read(v)), R.mul(V3::read(&v[3..])));
+        out.V = V6 { n: rate, f: slide };
+        out.A = V6 { n: V3::default(), f: rate.cross(slide) };
+    }
 }
 
 /// From a parent to a link.

@@ -1,7 +1,7 @@
 //! What the workspace answers about bodies and nodes. All in world axes.
 
 use crate::linear::{M3, V3, V6};
-use crate::tree::{OnLink, Tree};
+use crate::tree::{OnLink, Tree, m3};
 use crate::work::Workspace;
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_spatial::{Force, Mat3, Motion, Pose, Vec3, quat};
@@ -55,6 +55,18 @@ impl Workspace {
     #[must_use]
     pub fn node_velocity(&self, tree: &Tree, node: NodeId) -> Motion {
         self.velocity(tree.node(node))
+    }
+
+    /// Pose `X_WB` and velocity of a body at its origin, world axes: cheaper than one after the other.
+    #[must_use]
+    pub fn body_state(&self, tree: &Tree, body: BodyId) -> (Pose, Motion) {
+        self.state(tree.body(body))
+    }
+
+    /// Pose `X_WN` and velocity of a node at its origin, world axes: cheaper than one after the other.
+    #[must_use]
+    pub fn node_state(&self, tree: &Tree, node: NodeId) -> (Pose, Motion) {
+        self.state(tree.node(node))
     }
 
     /// Acceleration of a body: angular (rad/s²), and d²/dt² of its origin's position (m/s²); world
@@ -127,6 +139,16 @@ impl Workspace {
     fn pose(&self, at: &OnLink) -> Pose {
         let (R, p) = self.frame(at);
         Pose::new(quat(&R), p)
+    }
+
+    #[inline(always)]
+    fn state(&self, at: &OnLink) -> (Pose, Motion) {
+        let kin = &self.work.kin[at.slot as usize];
+        let r = kin.R.mul(v3(&at.p));
+        let V = kin.V.to_child(r);
+        let R = kin.R.mat(&m3(&at.R));
+        let pose = Pose::new(quat(&mat3(&R)), vec3(&(kin.p + r)));
+        (pose, Motion::new(vec3(&V.n), vec3(&V.f)))
     }
 
     fn velocity(&self, at: &OnLink) -> Motion {

@@ -54,6 +54,10 @@ pub(crate) struct Link {
     /// The first of its siblings to gather (the last in order): it writes, the others add.
     pub gathers_first: bool,
     pub leaf: bool,
+    /// Its hinge is [`Kind::Free`] and begins where the world does.
+    pub on_world: bool,
+    /// Nothing hangs on it, its hinge is free in all ways and begins anywhere in the world, and it is [solid](crate::compound::Compound::solid).
+    pub lone: bool,
     /// Rotor inertia as the coordinate feels it.
     pub armature: f64,
     /// Screws: m/rad.
@@ -94,6 +98,8 @@ pub struct Tree {
     /// Links that turn about their z, with their places in q; the last repeats to fill a block.
     turns: Vec<(u32, u32)>,
     turning: usize,
+    /// Every link is [`Link::lone`].
+    pub(crate) apart: bool,
     /// All links are outboard of the first.
     pub(crate) one_root: bool,
     pub(crate) multibody: Arc<Multibody>,
@@ -166,8 +172,9 @@ impl Tree {
         let Some(link) = slot.checked_sub(1) else { return Ok(()) };
         let sum = self.compounds.changed(body, slot, &self.bodies, &self.multibody);
         let link = &mut self.links[link];
-        link.put(&sum);
+        link.put(&sum, self.compounds.get(slot));
         self.dofs.set_inertia(link);
+        self.apart = self.links.iter().all(|l| l.lone);
         self.moving_mass = moving_mass(&self.links, self.flexible.as_deref());
         Ok(())
     }
@@ -370,6 +377,8 @@ impl Layout {
                 multi,
                 gathers_first: last_child[slot(d.parent)] == k + 1,
                 leaf: last_child[k + 1] == 0,
+                on_world: d.kind == Kind::Free && slot(d.parent) == 0 && d.X_PL == Pose::identity(),
+                lone: false,
                 armature: d.armature,
                 pitch: d.pitch,
                 R: m3(&d.X_PL.rotation.to_rotation_matrix().into_inner()),
@@ -398,6 +407,9 @@ impl Layout {
         let nodes: Vec<OnLink> = nodes.collect();
         let bodies: Vec<OnLink> = self.bodies.iter().map(|(at, X)| on_link(slot(*at), X)).collect();
         let compounds = Compounds::new(links.len(), &bodies, mbs);
+        for (k, link) in links.iter_mut().enumerate() {
+            link.alone(compounds.get(k + 1));
+        }
         Tree {
             moving_mass: moving_mass(&links, flexible.as_deref()),
             multi: multi as usize,
@@ -407,6 +419,7 @@ impl Layout {
             },
             turns,
             turning,
+            apart: links.iter().all(|l| l.lone),
             one_root: links.iter().filter(|l: &&Link| l.parent == 0).count() == 1,
             anchors: anchors.collect(),
             nodes,

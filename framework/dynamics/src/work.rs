@@ -90,6 +90,8 @@ pub(crate) struct Work<L: Lane> {
     pub sweep: Vec<V6<L>>,
     /// Accelerations that go outward, in blocks of columns, one row a level of the tree.
     pub outward: Vec<V6<L::Block>>,
+    /// The frame that the roots hang on is not the world, or is not at rest.
+    pub base_moves: bool,
     /// Uniform gravity, world axes.
     pub gravity: V3<L>,
     /// Modes of flexible bodies; empty for rigid trees.
@@ -121,6 +123,7 @@ impl<L: Lane> Work<L> {
             D_inv: vec![L::default(); tree.nv()],
             sweep: vec![V6::default(); tree.dofs.levels()],
             outward: vec![V6::default(); tree.nv().div_ceil(L::PACK) * tree.dofs.levels()],
+            base_moves: false,
             gravity: V3::default(),
             bend: Bend::new(tree),
             path: vec![0; tree.links.len()],
@@ -161,5 +164,8 @@ impl Workspace {
         base.p = v3(&pose.position);
         base.V = pair(velocity);
         base.A = pair(acceleration);
+        let rest = Motion::zero();
+        self.work.base_moves =
+            *pose != Pose::identity() || *velocity != rest || *acceleration != rest;
     }
 }

@@ -2,6 +2,7 @@
 #![allow(non_snake_case, clippy::unwrap_used)]
 
 mod allocation;
+mod alone;
 mod analytic;
 mod calibration;
 mod closed_forms;

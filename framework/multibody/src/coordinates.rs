@@ -9,7 +9,7 @@
 
 use crate::{BodyId, Coordinate, Multibody, SubhingeKind, SubhingeRange};
 use linkwork_spatial::nalgebra::{Matrix6, Quaternion};
-use linkwork_spatial::{Quat, Vec3, skew};
+use linkwork_spatial::{Quat, Vec3, skew, turned};
 
 impl Multibody {
     /// The configuration with all angles and displacements zero.
@@ -187,21 +187,28 @@ impl Multibody {
         self.check(q.len(), self.nq(), "q");
         self.check(v.len(), self.nv(), "v");
         self.check(out.len(), self.nq(), "out");
-        for (_, s) in self.subhinges() {
-            let (q, v, out) = (&q[s.q.clone()], &v[s.v.clone()], &mut out[s.q.clone()]);
-            match s.subhinge.kind {
-                SubhingeKind::Locked => {}
-                SubhingeKind::Ball => quat_dot(q, &vec3(v), out),
-                SubhingeKind::Free => {
-                    let p = quaternion(&q[3..]) * vec3(&v[3..]);
-                    out[..3].copy_from_slice(p.as_slice());
-                    quat_dot(&q[3..], &vec3(v), &mut out[3..]);
+        for body in self.bodies() {
+            for s in body.subhinges() {
+                let (at, from) = (s.q.start, s.v.start);
+                match s.subhinge.kind {
+                    SubhingeKind::Locked => {}
+                    SubhingeKind::Ball => {
+                        let rate = quat_dot(four(&q[at..]), &vec3(&v[from..]));
+                        out[at..at + 4].copy_from_slice(&rate);
+                    }
+                    SubhingeKind::Free => {
+                        let (attitude, v, out) =
+                            (four(&q[at + 3..]), &v[from..from + 6], &mut out[at..at + 7]);
+                        let p = turned(attitude, &vec3(&v[3..]));
+                        out[..3].copy_from_slice(p.as_slice());
+                        out[3..].copy_from_slice(&quat_dot(attitude, &vec3(v)));
+                    }
+                    _ => out[at] = v[from],
                 }
-                _ => out[0] = v[0],
             }
-        }
-        for (at, rate) in self.modal() {
-            out[at] = v[rate];
+            for (at, rate) in body.modes_q().zip(body.modes_v()) {
+                out[at] = v[rate];
+            }
         }
     }
 
@@ -259,9 +266,19 @@ impl Multibody {
     }
 
     #[track_caller]
+    #[inline(always)]
     fn check(&self, got: usize, want: usize, what: &str) {
-        assert_eq!(got, want, "{what} has {got} numbers, the mechanism has {want}");
+        if got != want {
+            wrong(got, want, what);
+        }
     }
+}
+
+#[track_caller]
+#[cold]
+#[inline(never)]
+fn wrong(got: usize, want: usize, what: &str) -> ! {
+    panic!("{what} has {got} numbers, the mechanism has {want}");
 }
 
 /// The next number from 0 to 1, 1 excluded (splitmix64).
@@ -277,8 +294,16 @@ fn splitmix(state: &mut u64) -> u64 {
     z ^ (z >> 31)
 }
 
+#[inline(always)]
 fn vec3(s: &[f64]) -> Vec3 {
+    let s = &s[..3];
     Vec3::new(s[0], s[1], s[2])
+}
+
+/// The first four, which are there.
+#[inline(always)]
+fn four(s: &[f64]) -> &[f64; 4] {
+    s.first_chunk().unwrap_or(&[0.0; 4])
 }
 
 /// A unit quaternion from [x y z w], brought to unit length.
@@ -292,10 +317,11 @@ fn write(q: &Quat, out: &mut [f64]) {
 }
 
 /// ½ q ⊗ [ω, 0] on the lanes as they are: linear in q, so a drifting norm stays harmless.
-fn quat_dot(q: &[f64], w: &Vec3, out: &mut [f64]) {
+#[inline(always)]
+fn quat_dot(q: &[f64; 4], w: &Vec3) -> [f64; 4] {
     let (u, s) = (vec3(q), q[3]);
     let d = (w * s + u.cross(w)) * 0.5;
-    out.copy_from_slice(&[d.x, d.y, d.z, -0.5 * u.dot(w)]);
+    [d.x, d.y, d.z, -0.5 * u.dot(w)]
 }
 
 impl Multibody {

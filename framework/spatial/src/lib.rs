@@ -46,6 +46,17 @@ pub fn quat(R: &Mat3) -> Quat {
     Quat::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(*R))
 }
 
+/// A vector turned by a quaternion [x y z w] of any length; one of no length turns nothing. Without a square root.
+#[inline(always)]
+#[must_use]
+pub fn turned(q: &[f64; 4], a: &Vec3) -> Vec3 {
+    let (u, w) = (Vec3::new(q[0], q[1], q[2]), q[3]);
+    let length = u.norm_squared() + w * w;
+    let double = if length > 0.0 { 2.0 / length } else { 0.0 };
+    let t = u.cross(a) * double;
+    a + t * w + u.cross(&t)
+}
+
 /// The cross-product matrix: `skew(a) * b = a × b`.
 #[inline(always)]
 #[must_use]

@@ -181,8 +181,16 @@ impl MechanismBlock {
             }
             (None, None) => {}
         }
+        self.tau.fill(0.0);
+        self.vdot.fill(0.0);
+        let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
+        let (q, rest) = x[self.w.x..].split_at(nq);
+        if self.w.ud.is_empty() && self.motions.is_empty() {
+            plan.joints.add(q, &rest[..nv], &mut self.tau);
+            return Ok(());
+        }
         let ud = &self.w.ud[10 * plan.ports.masses.len()..];
-        let (wrenches, rest) = ud.split_at(6 * plan.ports.wrenches.len());
+        let (wrenches, others) = ud.split_at(6 * plan.ports.wrenches.len());
         for (frame, lanes) in plan.ports.wrenches.iter().zip(wrenches.as_chunks::<6>().0) {
             let f: [f64; 6] = std::array::from_fn(|k| sig[lanes[k] as usize]);
             let wrench = Force::new(Vec3::new(f[0], f[1], f[2]), Vec3::new(f[3], f[4], f[5]));
@@ -191,15 +199,11 @@ impl MechanismBlock {
                 Frame::Body(b) => ws.add_wrench_at_body(&self.tree, *b, wrench),
             }
         }
-        let (torques, rest) = rest.split_at(plan.ports.torques.len());
-        let (motions, loops) = rest.split_at(plan.ports.motions.len());
-        self.tau.fill(0.0);
-        self.vdot.fill(0.0);
+        let (torques, others) = others.split_at(plan.ports.torques.len());
+        let (motions, loops) = others.split_at(plan.ports.motions.len());
         for (v, lane) in plan.ports.torques.iter().zip(torques) {
             self.tau[*v as usize] = sig[*lane as usize];
         }
-        let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
-        let (q, rest) = x[self.w.x..].split_at(nq);
         plan.joints.add(q, &rest[..nv], &mut self.tau);
         for (v, lane) in plan.ports.motions.iter().zip(motions) {
             self.vdot[*v as usize] = sig[*lane as usize];
@@ -219,6 +223,7 @@ impl MechanismBlock {
         Ok(())
     }
 
+    #[inline]
     pub(super) fn put_accelerations(&self, sig: &mut [f64]) {
         let plan = &*self.plan;
         if plan.ports.accels.is_empty() {
@@ -312,12 +317,8 @@ impl Block for MechanismBlock {
         let mut lane = self.w.ym;
         for frame in &plan.ports.states {
             let (pose, velocity) = match frame {
-                Frame::Node(n) => {
-                    (self.ws.node_pose(&self.tree, *n), self.ws.node_velocity(&self.tree, *n))
-                }
-                Frame::Body(b) => {
-                    (self.ws.body_pose(&self.tree, *b), self.ws.body_velocity(&self.tree, *b))
-                }
+                Frame::Node(n) => self.ws.node_state(&self.tree, *n),
+                Frame::Body(b) => self.ws.body_state(&self.tree, *b),
             };
             NodeState {
                 position: pose.position,
@@ -398,6 +399,10 @@ impl Block for MechanismBlock {
         let (at, nq, nv) = (self.w.x, q.len(), v.len());
         self.plan.multibody.qdot(q, v, &mut xdot[at..at + nq]);
         xdot[at + nq..at + nq + nv].copy_from_slice(&sig[self.w.yd..self.w.yd + nv]);
+        let bristles = self.plan.bristles();
+        if self.motions.is_empty() && bristles == 0 {
+            return Ok(());
+        }
         let motions = self.motion_lanes();
         let given = &self.plan.ports.loop_motions;
         let lanes = &self.w.ud[self.w.ud.len() - given.len()..];
@@ -412,9 +417,8 @@ impl Block for MechanismBlock {
                 xdot[at + 1] = gaps.acceleration(x[at], x[at + 1]);
             }
         }
-        let (first, n) = (self.bristle_lanes(), self.plan.bristles());
-        let rates = self.w.yd + nv;
-        xdot[first..first + n].copy_from_slice(&sig[rates..rates + n]);
+        let (first, rates) = (self.bristle_lanes(), self.w.yd + nv);
+        xdot[first..first + bristles].copy_from_slice(&sig[rates..rates + bristles]);
         Ok(())
     }
 

@@ -217,7 +217,6 @@ impl MechanismPlan {
             name: "mechanism".into(),
             doc: "Bodies on hinges, with loops, couplings and contact.".into(),
             functions: Functions {
-                moore: true,
                 direct: !steps,
                 deriv: !steps,
                 deriv_outputs: !steps,
@@ -235,6 +234,7 @@ impl MechanismPlan {
         d.direct_outputs.push(numbers("bristle_rate", self.bristles()));
         d.direct_outputs.push(numbers("report", self.reports().len()));
         self.ports.describe(&mut d);
+        d.functions.moore = !d.moore_outputs.is_empty();
         d
     }
 

@@ -9,7 +9,7 @@
 use crate::model::Turning;
 use crate::plan::Plan;
 use linkwork_integrate::Method;
-use linkwork_spatial::Vec3;
+use linkwork_spatial::{Vec3, turned};
 
 /// The bodies whose velocities are stepped so: those of explicit methods. Methods that need derivatives by the state, and the semi-implicit one, which has
 /// a rule of its own for them, step velocities as they are.
@@ -21,44 +21,38 @@ pub(super) fn of(plan: &Plan) -> &[Turning] {
     }
 }
 
+#[inline(always)]
 fn vec3(x: &[f64], at: usize) -> Vec3 {
-    Vec3::new(x[at], x[at + 1], x[at + 2])
-}
-
-/// A vector turned by a quaternion, given as vector and scalar, which need not be of unit length.
-#[inline]
-fn turned((u, w): (Vec3, f64), a: Vec3) -> Vec3 {
-    let length = u.norm_squared() + w * w;
-    // A quaternion of no length turns nothing, as everywhere.
-    let t = if length > 0.0 { (2.0 / length) * u.cross(&a) } else { return a };
-    a + w * t + u.cross(&t)
+    let x = &x[at..at + 3];
+    Vec3::new(x[0], x[1], x[2])
 }
 
 impl Turning {
-    #[inline]
-    fn quaternion(&self, x: &[f64]) -> (Vec3, f64) {
-        (vec3(x, self.attitude), x[self.attitude + 3])
+    #[inline(always)]
+    fn quaternion(&self, x: &[f64]) -> [f64; 4] {
+        let q = &x[self.attitude..self.attitude + 4];
+        [q[0], q[1], q[2], q[3]]
     }
 
     /// R a, with the attitude in a state.
-    #[inline]
+    #[inline(always)]
     fn out(&self, x: &[f64], a: Vec3) -> Vec3 {
-        turned(self.quaternion(x), a)
+        turned(&self.quaternion(x), &a)
     }
 
     /// Rᵀ a.
-    #[inline]
+    #[inline(always)]
     fn back(&self, x: &[f64], a: Vec3) -> Vec3 {
-        let (u, w) = self.quaternion(x);
-        turned((-u, w), a)
+        let [i, j, k, w] = self.quaternion(x);
+        turned(&[-i, -j, -k, w], &a)
     }
 
-    #[inline]
+    #[inline(always)]
     fn linear(&self, x: &[f64]) -> Vec3 {
         vec3(x, self.velocity + 3)
     }
 
-    #[inline]
+    #[inline(always)]
     fn set_linear(&self, x: &mut [f64], v: Vec3) {
         x[self.velocity + 3..self.velocity + 6].copy_from_slice(v.as_slice());
     }
@@ -111,10 +105,12 @@ pub(super) fn end(turning: &[Turning], start: &[f64], x: &mut [f64]) {
     for body in turning {
         let v = body.linear(start);
         let gained = body.linear(x) - body.out(start, v);
-        let ((a, s), (b, t)) = (body.quaternion(start), body.quaternion(x));
         // q₁⁻¹ q₀
-        let relative = (t * a - s * b - b.cross(&a), s * t + a.dot(&b));
-        body.set_linear(x, turned(relative, v) + body.back(x, gained));
+        let (p, q) = (body.quaternion(start), body.quaternion(x));
+        let (a, s, b, t) = (vec3(&p, 0), p[3], vec3(&q, 0), q[3]);
+        let r = t * a - s * b - b.cross(&a);
+        let relative = [r.x, r.y, r.z, s * t + a.dot(&b)];
+        body.set_linear(x, turned(&relative, &v) + body.back(x, gained));
     }
 }
 
