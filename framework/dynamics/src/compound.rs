@@ -64,8 +64,6 @@ pub(crate) struct Compound {
     /// 1/m and J_c⁻¹, zero where there is no such thing.
     pub m_inv: f64,
     pub J_inv: S3<f64>,
-    /// It has mass, and inertia about every axis.
-    pub solid: bool,
     /// Only one body of it has mass.
     pub single: bool,
     /// Of it what the bodies have as themselves.
@@ -93,12 +91,18 @@ impl Compound {
             J,
             m_inv: 1.0 / m,
             J_inv: if solid { J_inv } else { S3::default() },
-            solid,
             single: sum.bodies == 1,
             K: s3(&sum.K),
             points: signs.map(|[x, y, z]| com + L.mul(V3 { x, y, z })),
             reach: if sum.bodies > FEW { sum.reach + c.norm() } else { f64::INFINITY },
         }
+    }
+}
+
+impl Compound {
+    /// It has mass, and inertia about every axis.
+    pub fn solid(&self) -> bool {
+        self.J_inv.xx > 0.0
     }
 }
 
@@ -225,7 +229,7 @@ impl Link {
     /// Whether it moves by itself alone.
     pub fn alone(&mut self, whole: &Compound) {
         let free = self.kind == Kind::Free && self.coordinate == Coordinate::Free;
-        self.lone = free && self.parent == 0 && self.leaf && whole.solid;
+        self.lone = free && self.parent == 0 && self.leaf && whole.solid();
     }
 }
 

@@ -78,7 +78,7 @@ pub(crate) fn run<L: Lane>(
     tau: &mut [L],
     vdot: &mut [L],
 ) -> Result<(), DynamicsError> {
-    if tree.apart && !work.base_moves {
+    if tree.apart {
         apart(tree, work, tau, vdot);
         return Ok(());
     }
@@ -123,10 +123,9 @@ fn gather<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) -> O
     let n = links.len();
     let (kin, f_ext, g) = (&w.kin[..n + 1], &w.f_ext[..n + 1], w.gravity);
     let (art, one) = (&mut w.art[..n + 1], &mut w.one[..n + 1]);
-    let at_rest = !w.base_moves;
     for k in (0..n).rev() {
         let (link, kin) = (&links[k], &kin[k + 1]);
-        if link.lone && at_rest {
+        if link.lone {
             let i = link.v as usize;
             let (whole, T) = (tree.compounds.get(k + 1), &tau[i..i + 6]);
             w.acc[k + 1] = lone(whole, kin, &f_ext[k + 1], g, T, &mut vdot[i..i + 6]);
@@ -269,7 +268,7 @@ fn free<L: Lane>(
     ok_M && ok_S
 }
 
-/// Bodies of which each is by itself, in a world at rest.
+/// Bodies of which each is by itself.
 fn apart<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) {
     let n = tree.links.len();
     let bodies = &tree.compounds.all()[..n];
@@ -283,9 +282,9 @@ fn apart<L: Lane>(tree: &Tree, w: &mut Work<L>, tau: &[L], vdot: &mut [L]) {
 
 /// A body by itself, in its own axes about its centre of mass c, where its inertia is constant:
 /// ```text
-/// ω̇ = J_c⁻¹ (n_c − ω × J_c ω),   v̇ = f/m + g − ω × v − ω̇ × c − ω × (ω × c)
+/// ω̇ = J_c⁻¹ (n_c − ω × J_c ω),   v̇ = f/m + g − ω̇ × c − ω × (ω × c)
 /// ```
-/// Gives the acceleration less bias, world axes.
+/// less the bias A, which on a world at rest is [0; ω × v]. Gives that, world axes; in the body's it is β̇.
 #[inline(always)]
 fn lone<L: Lane>(
     body: &Compound,
@@ -303,6 +302,7 @@ fn lone<L: Lane>(
     let n = S3::splat(&body.J_inv).mul(n - w.cross(Jw));
     let centre = w.cross_add(w.cross(c), n.cross(c));
     let f = f.scale_add(L::splat(body.m_inv), R.tmul(g - kin.A.f) - centre);
+    let n = n - R.tmul(kin.A.n);
     n.write(vdot);
     f.write(&mut vdot[3..]);
     V6 { n: R.mul(n), f: R.mul(f) }
@@ -311,9 +311,8 @@ fn lone<L: Lane>(
 fn scatter<L: Lane>(links: &[Link], w: &mut Work<L>, tau: &mut [L], vdot: &mut [L]) {
     let n = links.len();
     let (kin, one, acc) = (&w.kin[..n + 1], &w.one[..n + 1], &mut w.acc[..n + 1]);
-    let at_rest = !w.base_moves;
     for (k, link) in links.iter().enumerate() {
-        if link.lone && at_rest {
+        if link.lone {
             continue;
         }
         let (kin, one) = (&kin[k + 1], &one[k + 1]);

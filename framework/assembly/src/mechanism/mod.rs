@@ -139,7 +139,9 @@ pub(crate) fn mechanism(
             closings: constraints.closings,
             motions,
             origins: constraints.origins,
-            bodies: bodies.iter().map(|(name, (body, _))| (name.clone(), body.origin)).collect(),
+            bodies: Arc::new(
+                bodies.iter().map(|(name, (body, _))| (name.clone(), body.origin)).collect(),
+            ),
             contact: on
                 .filter(|_| contact.compliant.is_none())
                 .map(|(settings, colliders)| ContactSpec { colliders, settings }),

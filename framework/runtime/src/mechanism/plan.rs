@@ -79,6 +79,8 @@ pub struct MechanismPlan {
     origin: Origin,
     /// Where loops and couplings are written, by name.
     origins: BTreeMap<String, Origin>,
+    /// Where bodies are written, by name.
+    bodies: Arc<BTreeMap<String, Origin>>,
 }
 
 /// The mechanism as the scheduler sees it.
@@ -132,6 +134,7 @@ impl MechanismPart {
             x: 0,
             origin: spec.origin,
             origins: spec.origins.clone(),
+            bodies: spec.bodies.clone(),
         };
         let description = plan.describe();
         MechanismPart { plan: Arc::new(plan), description, params: Value::Map(Vec::new()) }
@@ -344,7 +347,7 @@ impl MechanismPlan {
     /// the start onto the constraints.
     ///
     /// # Errors
-    /// What is wrong; its place is that of the constraint with the greatest error, where one is to blame.
+    /// What is wrong; its place is that of the constraint with the greatest error, or of the body, where one is to blame.
     fn start(&mut self) -> Result<(), Fault> {
         if let Some((_, laws)) = &self.compliant
             && let Err(e) = laws.check()
@@ -401,8 +404,8 @@ impl MechanismPlan {
         match done {
             Ok(()) => Ok(()),
             Err(DynamicsError::Singular { body, .. }) => Err(Fault::new(
-                Origin::NONE,
-                format!("body `{body}`: its hinge has nothing to accelerate: no mass or inertia moves with it"),
+                self.bodies.get(&body).copied().unwrap_or(Origin::NONE),
+                format!("body `{body}`: its hinge has nothing to accelerate: no mass, or no inertia about one of its axes, moves with it"),
             )
             .help("give it, or a body that it carries, a mass and an inertia, or its hinge an armature, or prescribe the hinge")),
             Err(e @ DynamicsError::Flexible { .. }) => Err(Fault::of(Origin::NONE, &e)),

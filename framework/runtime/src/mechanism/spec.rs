@@ -50,7 +50,7 @@ pub struct MechanismSpec {
     /// Where loops and couplings are written, by name.
     pub origins: BTreeMap<String, Origin>,
     /// Where bodies are written, by name.
-    pub bodies: BTreeMap<String, Origin>,
+    pub bodies: Arc<BTreeMap<String, Origin>>,
     /// What of it is seen, for cameras and lidars.
     pub scenery: Scenery,
     /// The step, s, from which the stiffness of usual stops follows; `None`: not known, and they do not act.
@@ -81,7 +81,7 @@ impl MechanismSpec {
             kinematic: None,
             origin: Origin::NONE,
             origins: BTreeMap::new(),
-            bodies: BTreeMap::new(),
+            bodies: Arc::default(),
             scenery: Scenery::default(),
             step: None,
         }
