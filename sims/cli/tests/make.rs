@@ -43,7 +43,7 @@ fn a_new_library_is_a_whole_workspace() {
     let (own, all) = (versions(&folder.join("Cargo.lock")), versions(&root().join("Cargo.lock")));
     assert!(own.len() > 100 && own.is_subset(&all), "{:?}", own.difference(&all));
     let manifest = std::fs::read_to_string(folder.join("Cargo.toml")).unwrap();
-    assert!(manifest.contains("[profile.release.package.linkwork-dynamics]\ncodegen-units = 1"));
+    assert!(manifest.contains("linkwork-dynamics = { opt-level = 3, codegen-units = 1 }"));
     assert!(manifest.contains("[profile.release.package]\n"));
     // Versions of crates alone have the sign that words of a template stand between.
     let signs = manifest.lines().filter(|l| l.contains('@'));

@@ -48,11 +48,12 @@ fn has_word(line: &str, mark: &str) -> bool {
 }
 
 /// What may lie at the top level, besides names that begin with a dot and what git ignores.
-const TOP: [&str; 10] = [
+const TOP: [&str; 11] = [
     "Cargo.toml",
     "Cargo.lock",
     "README.md",
     "LICENSE-APACHE",
+    "CONTRIBUTING.md",
     "LICENSE-MIT",
     "framework",
     "components",
