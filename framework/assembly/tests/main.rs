@@ -4,6 +4,7 @@
 mod bodies;
 mod builder;
 mod common;
+mod connectors;
 mod constraints;
 mod contact;
 mod damage;

@@ -12,6 +12,7 @@ struct PortAttr {
     frame: Option<LitStr>,
     sum: bool,
     group: bool,
+    connector: bool,
     direction: Option<&'static str>,
     axle: Option<LitStr>,
 }
@@ -28,7 +29,7 @@ fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
 }
 
 /// `"unit", default = 0.0, sum, bind = "shaft", frame = "body", axle = "y", rising | falling`, each optional, in any
-/// order; or `group`.
+/// order; or `group`; or `connector`.
 fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
     let start = input.span();
     let mut attributes = 0;
@@ -41,6 +42,7 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
             match key.to_string().as_str() {
                 "sum" => out.sum = true,
                 "group" => out.group = true,
+                "connector" => (out.group, out.connector) = (true, true),
                 "rising" => out.direction = Some("Rising"),
                 "falling" => out.direction = Some("Falling"),
                 "default" => {
@@ -62,7 +64,7 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
                 _ => {
                     return Err(syn::Error::new(
                         key.span(),
-                        "unknown port attribute; known: a unit string, default, bind, frame, axle, sum, group, rising, falling",
+                        "unknown port attribute; known: a unit string, default, bind, frame, axle, sum, group, connector, rising, falling",
                     ));
                 }
             }
@@ -74,7 +76,7 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
     if out.group && attributes > 1 {
         return Err(syn::Error::new(
             start,
-            "a group has no other attributes: its unit, default and binding stand at its own fields",
+            "a group or connector has no other attributes: its unit, default and binding stand at its own fields",
         ));
     }
     Ok(())
@@ -125,6 +127,7 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
             }
         };
         specs.push(match attr.group {
+            true if attr.connector => quote!(out.extend(#rt::PortSpec::connector::<#ty>(#text, #doc));),
             true => quote!(out.extend(#rt::PortSpec::group::<#ty>(#text, #doc));),
             false => quote! {
                 out.push(#rt::PortSpec::new::<#ty>(#text, #unit, #doc, #default, #sum, #bind, #frame)

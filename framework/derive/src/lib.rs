@@ -18,7 +18,7 @@ use syn::{Attribute, Expr, ExprLit, Ident, Lit, Meta};
 
 /// Lanes, names, units and bindings of an input or output struct.
 ///
-/// Field attribute: `#[port("N m", default = 0.0, sum, bind = "shaft", frame = "body")]`, or `#[port(group)]` for a field
+/// Field attribute: `#[port("N m", default = 0.0, sum, bind = "shaft", frame = "body")]`, or `#[port(group)]` or `#[port(connector)]` for a field
 /// that is such a struct itself, or an array of them: its ports are `wheel.rate`, `wheels[2].rate`.
 #[proc_macro_derive(Ports, attributes(port))]
 pub fn ports(input: TokenStream) -> TokenStream {

@@ -4,7 +4,8 @@ use crate::program::program;
 use crate::voice::say_text;
 use crate::{exit, load};
 use linkwork_assembly::{TreeKind, TreeNode, path_matches};
-use linkwork_runtime::{Origin, ParamSpec, PortSpec, Role};
+use linkwork_runtime::{Description, Origin, ParamSpec, PortSpec, Role};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -110,6 +111,25 @@ fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
     }
 }
 
+/// The connectors of a model, each with its quantities.
+fn connectors(out: &mut String, d: &Description) {
+    let mut found: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for (direction, port) in
+        d.all_inputs().map(|p| ("in", p)).chain(d.all_outputs().map(|p| ("out", p)))
+    {
+        let Some(connector) = port.connector.as_deref() else { continue };
+        let quantity =
+            port.name.strip_prefix(connector).unwrap_or(&port.name).trim_start_matches('.');
+        found.entry(connector).or_default().push(format!("{quantity} {direction}"));
+    }
+    if !found.is_empty() {
+        out.push_str("\nconnectors, joined by `connect`\n");
+    }
+    for (name, quantities) in found {
+        let _ = writeln!(out, "  {name:24} {}", quantities.join(", "));
+    }
+}
+
 /// Describes a model.
 pub fn describe(model: &str) -> u8 {
     let catalogue = load::catalogue();
@@ -134,6 +154,7 @@ pub fn describe(model: &str) -> u8 {
     ports(&mut out, "inputs (with feedthrough)", &d.direct_inputs);
     ports(&mut out, "outputs (from state)", &d.moore_outputs);
     ports(&mut out, "outputs (with feedthrough)", &d.direct_outputs);
+    connectors(&mut out, d);
     ports(&mut out, "continuous state", &d.continuous);
     ports(&mut out, "discrete state", &d.discrete);
     ports(&mut out, "a field: outputs of the parts that write to it", &d.imprint);

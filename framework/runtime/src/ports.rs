@@ -67,6 +67,8 @@ pub struct PortSpec {
     pub direction: Direction,
     /// For a node of a wheel or rotor: the axis about which it is meant to turn, in the node's axes.
     pub axle: Option<[f64; 3]>,
+    /// The connector that the port belongs to: `supply` for `supply.voltage` and `supply.current`.
+    pub connector: Option<Text>,
 }
 
 impl PortSpec {
@@ -92,6 +94,7 @@ impl PortSpec {
             frame: frame.map(Text::from),
             direction: Direction::Either,
             axle: None,
+            connector: None,
         }
     }
 
@@ -109,6 +112,7 @@ impl PortSpec {
             frame: None,
             direction: Direction::Either,
             axle: None,
+            connector: None,
         }
     }
 
@@ -122,6 +126,15 @@ impl PortSpec {
             spec.name = below(&name, &spec.name);
             spec.doc = format!("{doc}: {}", spec.doc).into();
         }
+        specs
+    }
+
+    /// The ports of one direction of a connector. A connector is a group of inputs and outputs that belong together: a model names it in its struct
+    /// of inputs and in that of outputs. One `connect` statement joins all of its ports (`framework/runtime/src/compile/connectors.rs`).
+    pub fn connector<T: Lanes>(name: impl Into<Text>, doc: &str) -> Vec<PortSpec> {
+        let name = name.into();
+        let mut specs = PortSpec::group::<T>(name.clone(), doc);
+        specs.iter_mut().for_each(|spec| spec.connector = Some(name.clone()));
         specs
     }
 

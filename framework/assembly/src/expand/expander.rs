@@ -208,6 +208,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             mounts,
             exports: BTreeMap::new(),
             wires: Vec::new(),
+            connect: Vec::new(),
             params: a.params.keys().cloned().collect(),
             broken: a.broken.clone(),
         };
@@ -258,6 +259,9 @@ impl<'a, 'o> Expander<'a, 'o> {
         };
         for w in &a.wires {
             out.wires.push(WireText { text: replace(self.cx, &w.text), timing: w.timing.clone() });
+        }
+        for ends in &a.connect {
+            out.connect.push(ends.iter().map(|end| replace(self.cx, end)).collect());
         }
         out.exports = a.exports.iter().map(|(k, t)| (k.clone(), replace(self.cx, t))).collect();
         out

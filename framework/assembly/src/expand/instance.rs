@@ -53,6 +53,7 @@ pub(crate) struct Instance {
     pub mounts: BTreeMap<String, Text>,
     pub exports: BTreeMap<String, Text>,
     pub wires: Vec<WireText>,
+    pub connect: Vec<Vec<Text>>,
     /// Names of the parameters, for messages.
     pub params: Vec<String>,
     /// Parts that could not be read or found: what names them stays silent.

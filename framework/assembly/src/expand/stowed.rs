@@ -57,6 +57,7 @@ pub(crate) fn stow(cx: &mut Cx, here: &mut Instance, written: &Located) {
 fn strip(here: &mut Instance) {
     here.parts.retain(|_, node| matches!(node, Node::Assembly(_)));
     here.wires.clear();
+    here.connect.clear();
     here.exports.clear();
     here.loops.clear();
     here.couplings.clear();

@@ -7,7 +7,7 @@ use crate::body::constraint::{CouplingForm, LoopForm};
 use crate::body::contact::ContactForm;
 use crate::form::import::ImportForm;
 use crate::form::stowed::StowedForm;
-use crate::form::wire::{WireText, read_wire, wire_schema};
+use crate::form::wire::{WireText, connect_schema, read_connection, read_wire, wire_schema};
 use crate::schema::describe::Schema;
 use crate::schema::kind::{Kind, period, raw, table_of, text};
 use crate::schema::read::{self, fields, list, name, table, text_field};
@@ -111,6 +111,8 @@ pub struct Assembly {
     pub parts: BTreeMap<String, PartForm>,
     /// Wires.
     pub wires: Vec<WireText>,
+    /// Connectors that are joined: each entry names two or more.
+    pub connect: Vec<Vec<Text>>,
     /// Ports seen from outside.
     pub exports: BTreeMap<String, Text>,
     /// Deep parameters: path → value.
@@ -148,6 +150,8 @@ record! {
         parts: Option<Located> = raw(|| Schema::Table(Box::new(part_schema()))).maybe(),
         /// Wires: `"Part.output -> Part.input"`.
         wires: Option<Located> = raw(|| Schema::List(Box::new(wire_schema()), None)).maybe(),
+        /// Connectors that are joined, two or more at a time: `("Motor.supply", "Battery.terminal")`.
+        connect: Option<Located> = raw(connect_schema).maybe(),
         /// Ports seen from outside, by name.
         exports: Option<Located> = raw(|| table_of(text()).describe()).maybe(),
         /// Deep parameters by path.
@@ -263,6 +267,11 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
     if let Some(wires) = v.get("wires") {
         for wire in list(cx, wires, field_of("wires")) {
             a.wires.extend(read_wire(cx, wire));
+        }
+    }
+    if let Some(connect) = v.get("connect") {
+        for entry in list(cx, connect, field_of("connect")) {
+            a.connect.extend(read_connection(cx, entry));
         }
     }
     if let Some(exports) = v.get("exports") {

@@ -184,6 +184,13 @@ impl Assembly {
         self
     }
 
+    /// Joins two or more connectors: `["Motor.supply", "Battery.terminal"]`.
+    #[must_use]
+    pub fn connect<const N: usize>(mut self, connectors: [&str; N]) -> Self {
+        self.connect.push(connectors.iter().map(|c| Text::new(*c)).collect());
+        self
+    }
+
     /// A port of a part as a port of this assembly.
     #[must_use]
     pub fn export(mut self, name: &str, port: &str) -> Self {
@@ -275,6 +282,10 @@ impl Assembly {
         let wires = self.wires.iter();
         let wires = wires.map(|w| write_wire(w.text.text.clone(), &w.timing).into()).collect();
         put("wires", Value::List(wires));
+        let entry = |ends: &Vec<Text>| {
+            Value::List(ends.iter().map(|t| text(&t.text).into()).collect()).into()
+        };
+        put("connect", Value::List(self.connect.iter().map(entry).collect()));
         put("exports", table(self.exports.iter(), |t| Value::Text(t.text.clone())));
         let overrides = self.overrides.iter().map(|(path, v)| (path.text.clone(), v.clone()));
         put("overrides", Value::Map(overrides.collect()));

@@ -153,7 +153,7 @@ fn build(
 /// Lays one field of an overlay over the file.
 fn lay(base: &mut Located, key: &str, value: &Located) {
     let path = |names: &[&str]| names.iter().map(|n| (*n).to_string()).collect::<Vec<_>>();
-    if key == "wires" || key == "import" {
+    if ["wires", "connect", "import"].contains(&key) {
         let mut all = match base.get(key).map(|v| &v.value) {
             Some(Value::List(items)) => items.clone(),
             _ => Vec::new(),
@@ -213,11 +213,19 @@ fn remove(cx: &mut Cx, base: &mut Located, gone: &Text, what: &str) {
     }
     let of = |end: &str| end.trim().split(['.', '[']).next().unwrap_or("").trim() == gone.text;
     for (key, wires) in file.iter_mut() {
-        if let (true, Value::List(items)) = (key == "wires", &mut wires.value) {
-            items.retain(|w| {
+        let Value::List(items) = &mut wires.value else { continue };
+        match key.as_str() {
+            "wires" => items.retain(|w| {
                 let wire = w.get("wire").unwrap_or(w);
                 !matches!(&wire.value, Value::Text(t) if t.split("->").any(of))
-            });
+            }),
+            // The other connectors of an entry stay joined.
+            "connect" => items.retain_mut(|entry| {
+                let Value::List(ends) = &mut entry.value else { return true };
+                ends.retain(|end| !matches!(&end.value, Value::Text(t) if of(t)));
+                ends.len() > 1
+            }),
+            _ => {}
         }
     }
 }

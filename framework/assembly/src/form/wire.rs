@@ -1,4 +1,4 @@
-//! A wire as written: `"Part.output -> Part.input"`, or with when it arrives.
+//! A wire as written: `"Part.output -> Part.input"`, or with when it arrives; connectors that are joined: `("Motor.supply", "Battery.terminal")`.
 use crate::schema::describe::Schema;
 use crate::schema::kind::{At, list_of, number, text, whole};
 use crate::schema::read;
@@ -71,4 +71,28 @@ pub(crate) fn write_wire(text: String, timing: &WireTiming) -> Value {
         }
         WireTiming::Solved { tolerance } => WireForm { solve: Some(*tolerance), ..form }.write(),
     }
+}
+
+/// What an entry of `connect` may be.
+pub(crate) fn connect_schema() -> Schema {
+    let entry = Schema::List(Box::new(Schema::Text), None);
+    Schema::List(Box::new(entry), None)
+}
+
+/// The connectors that one entry of `connect` joins; `None` when it does not name two or more (recorded).
+pub(crate) fn read_connection(cx: &mut Cx, v: &Located) -> Option<Vec<Text>> {
+    let before = cx.faults.len();
+    let ends: Vec<Text> = read::list(cx, v, "an entry of `connect`")
+        .iter()
+        .filter_map(|end| read::text(cx, end, "a connector"))
+        .collect();
+    if cx.faults.len() > before {
+        return None;
+    }
+    if ends.len() < 2 {
+        let help = "write (\"Motor.supply\", \"Battery.terminal\")";
+        cx.fault(v.origin, "an entry of `connect` joins two or more connectors".to_string(), help);
+        return None;
+    }
+    Some(ends)
 }

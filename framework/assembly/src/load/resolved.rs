@@ -85,6 +85,7 @@ pub(crate) fn value(
         "self_collision",
         "parts",
         "wires",
+        "connect",
         "exports",
         "overrides",
         "resolved",

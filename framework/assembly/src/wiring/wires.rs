@@ -55,7 +55,7 @@ fn within<'n>(name: &'n str, group: &str) -> Option<&'n str> {
 }
 
 /// Fact and remedy; an empty fact is one that has been reported elsewhere.
-type Problem = (String, String);
+pub(super) type Problem = (String, String);
 
 fn segments(text: &str) -> Result<Vec<Segment>, Problem> {
     let help = "an end of a wire is `Part.port`, `Part.port[2]`, `Array[*].port`";
@@ -125,8 +125,28 @@ impl<'a> Wiring<'a> {
                 }
             }
         }
+        out.extend(self.connections(&instances, cx));
         out.sort_by_cached_key(|w: &WireSpec| (w.to.to_string(), w.from.to_string()));
         out
+    }
+
+    /// The ports of one direction of the connectors that a path names, each with its name inside its connector.
+    pub(super) fn group(
+        &self,
+        scope: &'a Instance,
+        path: &str,
+        output: bool,
+    ) -> Result<Vec<(String, PortRef)>, Problem> {
+        let ends = self.end(scope, path, output)?;
+        let groups = ends.into_iter().filter(|end| end.port().is_none());
+        Ok(groups.flat_map(|end| end.ports).collect())
+    }
+
+    /// Whether an input takes the sum of several wires.
+    pub(super) fn takes_sum(&self, input: &PortRef) -> bool {
+        let Some(Node::Model(m)) = self.node(&input.part) else { return false };
+        let Some(d) = self.ports(m) else { return false };
+        d.all_inputs().any(|p| p.name == input.port && p.sum)
     }
 
     fn wire(

@@ -127,6 +127,7 @@ impl Sorted {
         let (u_lanes, mut lane) = (lanes(&d.inputs), 0);
         let mut all = Vec::with_capacity(u_lanes + lanes(&d.direct_inputs));
         let mut missing: Vec<&str> = Vec::new();
+        let mut open: Vec<&str> = Vec::new();
         for port in d.all_inputs() {
             let at = first + lane;
             let empty = (at..at + port.lanes).all(|i| self.at(i).is_empty() && !self.excused[i]);
@@ -138,7 +139,14 @@ impl Sorted {
                         }
                     }
                     Some(_) => {}
-                    None => faults.push(unwired(part, port)),
+                    None => match port.connector.as_deref() {
+                        Some(connector) if open.contains(&connector) => {}
+                        Some(connector) => {
+                            open.push(connector);
+                            faults.push(unconnected(part, connector));
+                        }
+                        None => faults.push(unwired(part, port)),
+                    },
                 }
             }
             self.port((k, port), (lane, at), out, &mut all);
@@ -214,4 +222,11 @@ fn unwired(part: &Part<'_>, port: &PortSpec) -> Fault {
     let meaning = port.doc.lines().next().unwrap_or_default().trim_end_matches('.');
     Fault::new(part.spec.origin, format!("required input `{path}.{name}`{unit} is not wired"))
         .help(format!("{meaning}: add a wire `… -> {path}.{name}`"))
+}
+
+fn unconnected(part: &Part<'_>, connector: &str) -> Fault {
+    let path = &part.spec.path;
+    Fault::new(part.spec.origin, format!("connector `{path}.{connector}` is not connected")).help(format!(
+        "write connect: [(\"{path}.{connector}\", \"…\")] with the connector of a source (`linkwork list` shows models with connectors)"
+    ))
 }

@@ -130,6 +130,7 @@ pub(crate) fn connect<'a>(
     given.sort_unstable();
     let Connector { arrivals, mut out, .. } = c;
     arrivals.finish(parts, &given, &mut out, faults);
+    super::connectors::check(parts, &out.links, faults);
     out
 }
 

@@ -9,6 +9,7 @@
 mod arrivals;
 mod bindings;
 mod connect;
+mod connectors;
 mod delays;
 mod fields;
 mod find;

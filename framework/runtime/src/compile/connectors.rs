@@ -1,0 +1,76 @@
+//! Connectors: what a part draws passes to where its supply comes from.
+//!
+//! A connector is a group of inputs and outputs of a part, such as a voltage that it sees and a current that it draws. Wires join the connectors of
+//! two parts in both directions or not at all: an input of a connector that comes from another connector requires that the
+//! outputs of the same quantities go back to it. So no wire of a pair can be forgotten, and a conserved flow (current, mass, heat) is neither lost
+//! nor created by wiring.
+use super::Part;
+use super::connect::Link;
+use crate::plan::Via;
+use crate::ports::PortSpec;
+use crate::value::Fault;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Reports connectors that are not connected, and those that are connected in one direction only.
+pub(super) fn check(parts: &[Part<'_>], links: &[Link], faults: &mut Vec<Fault>) {
+    // Connector by the path of its port.
+    let mut owner: BTreeMap<String, String> = BTreeMap::new();
+    for part in parts {
+        let d = part.prototype.description();
+        for port in d.all_inputs().chain(d.all_outputs()) {
+            if let Some(connector) = port.connector.as_deref() {
+                let path = &part.spec.path;
+                owner.insert(format!("{path}.{}", port.name), format!("{path}.{connector}"));
+            }
+        }
+    }
+    if owner.is_empty() {
+        return;
+    }
+    let mut sources: BTreeMap<&str, Vec<&Link>> = BTreeMap::new();
+    let mut joined: BTreeSet<(&str, &str)> = BTreeSet::new();
+    for link in links.iter().filter(|l| matches!(l.via, Via::Wire)) {
+        sources.entry(&link.to).or_default().push(link);
+        if let (Some(_), Some(to)) = (owner.get(&link.from), owner.get(&link.to)) {
+            joined.insert((&link.from, to));
+        }
+    }
+    for part in parts {
+        let (d, path) = (part.prototype.description(), &part.spec.path);
+        let mut reported: BTreeSet<&str> = BTreeSet::new();
+        for port in d.all_inputs() {
+            let Some(connector) = port.connector.as_deref() else { continue };
+            for link in sources.get(format!("{path}.{}", port.name).as_str()).into_iter().flatten()
+            {
+                let own = format!("{path}.{connector}");
+                let Some(other) = owner.get(&link.from) else {
+                    if reported.insert(connector) {
+                        let fact = format!(
+                            "`{}` drives `{}`, an input of the connector `{own}`",
+                            link.from, link.to
+                        );
+                        faults.push(Fault::new(link.origin, fact).help(join(&own)));
+                    }
+                    continue;
+                };
+                let back = |o: &&PortSpec| o.connector.as_deref() == Some(connector);
+                let lost = d.all_outputs().filter(back).find(|o| {
+                    !joined.contains(&(format!("{path}.{}", o.name).as_str(), other.as_str()))
+                });
+                if let Some(lost) = lost
+                    && reported.insert(connector)
+                {
+                    let fact = format!(
+                        "`{own}` takes `{}` from `{other}`, but its `{}` does not go there",
+                        port.name, lost.name
+                    );
+                    faults.push(Fault::new(link.origin, fact).help(join(&own)));
+                }
+            }
+        }
+    }
+}
+
+fn join(connector: &str) -> String {
+    format!("join the connectors instead of single ports: connect: [(\"{connector}\", \"…\")]")
+}
