@@ -38,13 +38,11 @@ pub fn repository(path: &str, set: &[&str]) -> Result<Simulation, String> {
     Ok(Simulation::of(Arc::new(program)))
 }
 
-/// Figures, taken at each tick.
-struct Figured(Figures);
+/// Nobody watches.
+struct Unwatched;
 
-impl Watch for Figured {
-    fn tick(&mut self, sim: &Simulation) {
-        self.0.sample(sim);
-    }
+impl Watch for Unwatched {
+    fn tick(&mut self, _: &Simulation) {}
 }
 
 /// What a simulation of the repository says of itself at its end: its figures, in their units.
@@ -76,12 +74,14 @@ fn figured(
     let prepared = prepare(&program.phases[0].plan, &settings).map_err(|f| format!("{f:?}"))?;
     let mut goal = Goal { until: settings.until, steps: None, stop_when: prepared.stop_when };
     let sim = Simulation::of(Arc::new(program));
-    let mut runner = Runner::new(sim, Figured(prepared.figures));
+    let mut runner = Runner::new(sim, Unwatched);
+    runner.figure(prepared.figures, None)?;
     match runner.go(&mut goal, u64::MAX) {
         Pause::Ended(Ended::Goal | Ended::StopWhen) => {}
         other => return Err(format!("{other:?}")),
     }
-    Ok(runner.watch.0.results().map(|(name, value, _)| (name.to_string(), value)).collect())
+    let results = runner.figures().into_iter().flat_map(Figures::results);
+    Ok(results.map(|(name, value, _)| (name.to_string(), value)).collect())
 }
 
 /// `sims/rover_traverse` with parameters set from outside, at its start.

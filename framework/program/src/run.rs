@@ -12,14 +12,13 @@ use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
 use linkwork_record::LogSpec;
 use linkwork_runner::{
-    Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment,
-    changed, time_name,
+    Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment, changed,
+    time_name,
 };
 use linkwork_runtime::{
     Change, Checkpoint, Fault, Profile, RunError, Seconds, Simulation, Sources,
 };
 use linkwork_viz::Scene;
-use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -131,20 +130,14 @@ enum Begin<'a> {
     Forked(Fork),
 }
 
-/// Figures and picture, taken at every tick.
+/// The picture, taken at every tick.
 struct Watched {
-    figures: Figures,
     picture: Picture,
 }
 
 impl Watch for Watched {
     fn tick(&mut self, sim: &Simulation) {
-        self.figures.sample(sim);
         self.picture.sample(sim);
-    }
-    fn carry(&self, extra: &mut BTreeMap<String, Vec<u8>>) -> Result<(), String> {
-        extra.insert("figures".into(), self.figures.save()?);
-        Ok(())
     }
 }
 
@@ -228,13 +221,12 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let configuration = ready.loaded.resolved.to_string();
     let sources = ready.loaded.sources.clone();
     let mut sim = Simulation::of(Arc::new(ready.program));
-    let mut figures = prepared.figures;
     let mut begins = None;
     match &mut source.begin {
         Begin::New => {}
         Begin::Resumed(c) => {
             not_past(c.time, until)?;
-            restore(&mut sim, &mut figures, c)?;
+            restore(&mut sim, c)?;
             // What was set in the run before is in the checkpoint and not in this log.
             begins = Some(c.to_bytes().map_err(fail)?);
         }
@@ -265,7 +257,15 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let picture = Picture::new(&sim, &scene, until.map(|t| t.times(1)));
     let edges = Edges::new(sim.plan());
     let profile = options.profile.then(|| sim.profile());
-    let mut runner = Runner::new(sim, Watched { figures, picture });
+    let mut runner = Runner::new(sim, Watched { picture });
+    let earlier = match &source.begin {
+        Begin::New => None,
+        Begin::Resumed(checkpoint) => Some(*checkpoint),
+        Begin::Forked(fork) => Some(fork.checkpoint()),
+    };
+    if let Err(e) = runner.figure(prepared.figures, earlier) {
+        tell!("warning: {e}\n  help: figures of this run begin at the checkpoint");
+    }
     runner.save_with(saves);
     let mut files = Vec::new();
     if !options.no_log {
@@ -351,15 +351,11 @@ fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8
     Ok(folder)
 }
 
-fn restore(sim: &mut Simulation, figures: &mut Figures, c: &Checkpoint) -> Result<(), u8> {
-    if let Err(e) = sim.restore(c) {
+fn restore(sim: &mut Simulation, c: &Checkpoint) -> Result<(), u8> {
+    sim.restore(c).map_err(|e| {
         tell!("error: {e}");
-        return Err(exit::INPUT);
-    }
-    if let Some(saved) = c.extra.get("figures") {
-        figures.restore(saved, sim);
-    }
-    Ok(())
+        exit::INPUT
+    })
 }
 
 fn not_past(time: f64, until: Option<Seconds>) -> Result<(), u8> {
@@ -608,7 +604,7 @@ impl Run {
             real_time_factor: simulated / wall.max(1e-9),
             realtime: self.runner.realtime(),
             seed: sim.plan().seed,
-            figures: summary::figures(&self.runner.watch.figures),
+            figures: self.runner.figures().map(summary::figures).unwrap_or_default(),
             files: self.files.clone(),
             problems: self.problems.clone(),
             rows_dropped: self.dropped,

@@ -89,6 +89,11 @@ const FRESH: Duration = Duration::from_secs(2);
 pub(crate) const CONFIGURATION: &str = "configuration.ron";
 pub(crate) const START: &str = "start.lwck";
 
+/// Metadata of a channel: the path of the variable in a field, and its unit. Fields have names that a schema may have; paths are
+/// those of the simulation.
+pub(crate) const PATH: &str = "path.";
+pub(crate) const UNIT: &str = "unit.";
+
 /// The schema of the poses of all bodies.
 pub(crate) const TRANSFORMS: &str = "foxglove.FrameTransforms";
 
@@ -322,7 +327,7 @@ fn messages<'a>(
         });
         let columns: Vec<(String, bool)> = list
             .iter()
-            .map(|(path, v)| (path[part.len() + 1..].to_string(), v.kind == PortKind::Bool))
+            .map(|(path, v)| (within(part, path).to_string(), v.kind == PortKind::Bool))
             .collect();
         let schema = Schema::new(part, &columns);
         (part, list, schema)
@@ -330,16 +335,10 @@ fn messages<'a>(
     by_part.into_iter().map(message).collect()
 }
 
-/// What a log calls its variables: for each name that reading gives (`part.field`), the path of the variable.
-pub fn logged_names(plan: &Plan, groups: &[Rule]) -> BTreeMap<String, String> {
-    let mut names = BTreeMap::new();
-    for (part, list, schema) in groups.iter().flat_map(|rule| messages(plan, &rule.paths)) {
-        let part = part.replace('/', ".");
-        for (column, field) in schema.columns() {
-            names.insert(format!("{part}.{field}"), list[column].0.clone());
-        }
-    }
-    names
+/// The path of a variable without that of its part.
+fn within<'a>(part: &str, path: &'a str) -> &'a str {
+    let rest = path.strip_prefix(part);
+    rest.map_or(path, |rest| rest.strip_prefix('.').unwrap_or(rest))
 }
 
 fn open_group(
@@ -353,9 +352,10 @@ fn open_group(
         places.extend(list.iter().map(|(_, v)| v.place));
         let id = writer.add_schema(&schema.name, "protobuf", &schema.descriptor())?;
         let mut metadata = BTreeMap::new();
-        for (path, v) in &list {
-            let field = path[part.len() + 1..].to_string();
-            metadata.insert(format!("unit.{field}"), v.unit.to_string());
+        for (column, field) in schema.columns() {
+            let (path, v) = list[column];
+            metadata.insert(format!("{PATH}{field}"), path.clone());
+            metadata.insert(format!("{UNIT}{field}"), v.unit.to_string());
         }
         let topic = format!("/{}", part.replace('.', "/"));
         let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;

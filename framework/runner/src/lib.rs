@@ -31,7 +31,7 @@ mod saves;
 mod unread;
 
 pub use change::{assignment, changed};
-pub use figures::{Figures, Running, Tracked};
+pub use figures::{Figures, Tracked};
 pub use folder::{Folder, FolderError};
 pub use load::{Library, Ready, Shared, sim_file};
 pub use pace::{Lateness, Pace, Realtime, SystemClock, WallClock};

@@ -77,8 +77,8 @@ pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };
 pub use step::{
-    GuardState, MoveReport, Notice, Profile, RunError, Simulation, Spent, State, Stop,
-    VariableError,
+    GuardState, MoveReport, Notice, Observer, Profile, RunError, Simulation, Spent, State, Stop,
+    Stretch, VariableError,
 };
 pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};

@@ -49,7 +49,7 @@ pub fn read_recording(path: &Path) -> Result<BTreeMap<String, Shown>, VizError> 
 
 fn take(chunk: &Chunk, shown: &mut BTreeMap<String, Shown>) -> Result<(), Wrap> {
     let times: Option<Vec<f64>> = (chunk.timelines().get(&TIMELINE.into()))
-        .map(|column| column.times().map(|t: TimeInt| t.as_i64() as f64 * 1e-9).collect());
+        .map(|column| column.times().map(|t: TimeInt| t.as_i64() as f64 / 1e9).collect());
     let entity = chunk.entity_path().to_string();
     // When and by what it was recorded.
     if chunk.entity_path().is_reserved() {
