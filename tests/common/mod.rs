@@ -1,7 +1,7 @@
 //! The rover of `sims/rover_traverse`, and small scenes with it, loaded as the command line does; files of the
 //! reference data, and what flights are compared by.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
-use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down};
+use linkwork_assembly::{Failure, Loaded, Options, Settings, load_file, load_text, put_down};
 use linkwork_runner::{Ended, Figures, Goal, Pause, Runner, Watch, prepare};
 use linkwork_runtime::{Catalogue, Entry, Files, Program, Seconds, Simulation};
 use linkwork_spatial::nalgebra::Quaternion;
@@ -62,6 +62,17 @@ pub fn figures(path: &str, set: &[&str]) -> Result<BTreeMap<String, f64>, String
 pub fn figures_of(text: &str) -> Result<BTreeMap<String, f64>, String> {
     let catalogue = catalogue();
     figured(load_text("scene.ron", text, &options(&catalogue, &[])), &catalogue)
+}
+
+/// A program from a text, and what else the text says.
+///
+/// # Errors
+/// What it does not permit.
+pub fn program_of(text: &str) -> Result<(Program, Settings), String> {
+    let catalogue = catalogue();
+    let loaded = load_text("scene.ron", text, &options(&catalogue, &[]));
+    let settings = loaded.as_ref().map(|l| l.simulation.clone()).ok();
+    Ok((finish(loaded, &catalogue)?, settings.ok_or("no settings")?))
 }
 
 fn figured(

@@ -161,25 +161,22 @@ impl Figures {
                 self.firsts.push(First { key, column, when, found: None });
                 Of::First(self.firsts.len() - 1)
             }
-            _ => Of::Series(self.series(key, source, wants(f.take))),
+            _ => Of::Series(self.series(&key, source, wants(f.take))),
         };
         let (name, take) = (f.name.clone(), f.take);
         self.list.push(Tracked { name, unit, take, shown_in, of });
         Ok(())
     }
 
-    /// The series of what is written so, which figures share.
-    fn series(&mut self, key: String, source: Source, wants: Wants) -> usize {
+    /// The series of what is written so, which figures share that need the same of it: what one comes to does not depend on what
+    /// others there are.
+    fn series(&mut self, of: &str, source: Source, wants: Wants) -> usize {
+        let key = format!("{wants:?} {of}");
         let known = self.series.iter().position(|s| s.key == key);
-        let k = known.unwrap_or_else(|| {
-            let statistics = Statistics::new(Wants::default());
-            self.series.push(Series { key, source, wants: Wants::default(), statistics });
+        known.unwrap_or_else(|| {
+            self.series.push(Series { key, source, wants, statistics: Statistics::new(wants) });
             self.series.len() - 1
-        });
-        let own = &mut self.series[k];
-        own.wants = own.wants.and(wants);
-        own.statistics = Statistics::new(own.wants);
-        k
+        })
     }
 
     /// Observes a run from its present instant on. They are then those of the run ([`Figures::of`]).
@@ -214,9 +211,8 @@ impl Figures {
         let kept: Kept = rmp_serde::from_slice(saved)
             .map_err(|e| format!("the figures of the checkpoint cannot be read: {e}"))?;
         for (key, mut statistics) in kept.series {
-            if let Some(own) = self.series.iter_mut().find(|s| s.key == key)
-                && statistics.fits(own.wants)
-            {
+            if let Some(own) = self.series.iter_mut().find(|s| s.key == key) {
+                statistics.make_room();
                 own.statistics = statistics;
             }
         }
@@ -262,8 +258,7 @@ impl Tracked {
             Take::Rms => (s.variance() / (scale * scale) + self.point(s.mean()).powi(2)).sqrt(),
             Take::Std => s.variance().sqrt() / scale,
             Take::Percentile(percent) => {
-                let smooth = matches!(of.source, Source::Number(_));
-                let found = s.quantiles.as_ref().and_then(|q| q.at(percent / 100.0, smooth));
+                let found = s.quantiles.as_ref().and_then(|q| q.at(percent / 100.0));
                 self.point(found.unwrap_or(s.last))
             }
             Take::TimeOfMin => self.point(s.min.1),
@@ -308,28 +303,12 @@ fn shown(plan: &Plan, f: &Figure, own: Unit, what: &str) -> Result<(String, Unit
 }
 
 fn wants(take: Take) -> Wants {
-    let (mut moments, mut extremes, mut quantiles) = (false, false, false);
     match take {
-        Take::Last => {}
-        Take::Mean | Take::Rms | Take::Std => moments = true,
-        Take::Percentile(_) => quantiles = true,
-        Take::Min | Take::Max | Take::MaxAbs | Take::Range => extremes = true,
-        Take::TimeOfMin | Take::TimeOfMax | Take::TimeOfMaxAbs => extremes = true,
-    }
-    Wants { moments, extremes, quantiles }
-}
-
-impl Wants {
-    fn and(self, other: Wants) -> Wants {
-        Wants {
-            moments: self.moments | other.moments,
-            extremes: self.extremes | other.extremes,
-            quantiles: self.quantiles | other.quantiles,
-        }
-    }
-
-    fn any(self) -> bool {
-        self.moments | self.extremes | self.quantiles
+        Take::Last => Wants::Last,
+        Take::Mean | Take::Rms | Take::Std => Wants::Moments,
+        Take::Percentile(_) => Wants::Quantiles,
+        Take::Min | Take::Max | Take::MaxAbs | Take::Range => Wants::Extremes,
+        Take::TimeOfMin | Take::TimeOfMax | Take::TimeOfMaxAbs => Wants::Extremes,
     }
 }
 
@@ -353,7 +332,7 @@ impl Observer for Figures {
 
     fn stretch(&mut self, over: &mut Stretch<'_>) {
         for series in &mut self.series {
-            if series.wants.any() {
+            if series.wants != Wants::Last {
                 series.stretch(over);
             }
         }

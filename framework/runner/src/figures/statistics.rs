@@ -11,14 +11,16 @@ use super::quantiles::Quantiles;
 use serde::{Deserialize, Serialize};
 
 /// What is needed of a variable.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Wants {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wants {
+    /// Its last value.
+    Last,
     /// Integrals of it and its square.
-    pub moments: bool,
+    Moments,
     /// The least and the largest value.
-    pub extremes: bool,
+    Extremes,
     /// How it is spread.
-    pub quantiles: bool,
+    Quantiles,
 }
 
 /// Statistics so far.
@@ -72,19 +74,18 @@ impl Statistics {
             min: (f64::INFINITY, f64::NAN),
             max: (f64::NEG_INFINITY, f64::NAN),
             last: f64::NAN,
-            quantiles: wants.quantiles.then(Quantiles::with_room),
+            quantiles: (wants == Wants::Quantiles).then(Quantiles::with_room),
             slope: f64::NAN,
             end: f64::NAN,
             bend: f64::INFINITY,
         }
     }
 
-    /// After it was read from a file: whether it holds what is needed, and with the memory for all that is to come.
-    pub fn fits(&mut self, wants: Wants) -> bool {
+    /// After it was read from a file: the memory for all that is to come.
+    pub fn make_room(&mut self) {
         if let Some(quantiles) = &mut self.quantiles {
             quantiles.make_room();
         }
-        self.quantiles.is_some() == wants.quantiles
     }
 
     /// A value at an instant.
@@ -111,9 +112,15 @@ impl Statistics {
         self.square += time * square;
     }
 
-    fn spread(&mut self, y: f64, time: f64) {
+    fn pass(&mut self, y: f64, time: f64) {
         if let Some(quantiles) = &mut self.quantiles {
-            quantiles.add(y, time);
+            quantiles.pass(y, time);
+        }
+    }
+
+    fn hold(&mut self, y: f64, time: f64) {
+        if let Some(quantiles) = &mut self.quantiles {
+            quantiles.hold(y, time);
         }
     }
 
@@ -123,7 +130,7 @@ impl Statistics {
         let above = y - self.first;
         self.time += length;
         self.add(length, above, above * above);
-        self.spread(y, length);
+        self.hold(y, length);
         self.end = f64::NAN;
     }
 
@@ -150,10 +157,10 @@ impl Statistics {
         let scale = self.scale();
         let off = 0.25 * self.bend * length;
         let bends = |part: f64| wide || !(off <= part * scale);
-        let sums = (wants.moments || wants.quantiles) && bends(1e-4);
+        let sums = matches!(wants, Wants::Moments | Wants::Quantiles) && bends(1e-4);
         let turns = (end - start).abs() <= 8.0 * off;
         let beats = start.max(end) + off > top || start.min(end) - off < bottom;
-        let extremes = wants.extremes && (wide || (turns && beats && bends(1e-12)));
+        let extremes = wants == Wants::Extremes && (wide || (turns && beats && bends(1e-12)));
         let middle = if sums || extremes { inside(0.5) } else { None };
         let Some(middle) = middle.filter(|m| m.is_finite()) else {
             return self.straight(length, start, end, wants);
@@ -170,7 +177,7 @@ impl Statistics {
             points.push(1.0, end);
             self.sum_panel(&all, length);
         }
-        if wants.extremes {
+        if wants == Wants::Extremes {
             for sign in [1.0, -1.0] {
                 if let Some((part, y)) = points.extreme(sign, scale, inside) {
                     self.see(begin + part * length, y);
@@ -180,11 +187,14 @@ impl Statistics {
     }
 
     fn straight(&mut self, length: f64, start: f64, end: f64, wants: Wants) {
-        if wants.moments {
+        if wants == Wants::Moments {
             let (a, b) = (start - self.first, end - self.first);
             self.add(length, 0.5 * (a + b), (a * a + a * b + b * b) / 3.0);
         }
-        self.spread(0.5 * (start + end), length);
+        match start == end {
+            true => self.hold(start, length),
+            false => self.pass(0.5 * (start + end), length),
+        }
     }
 
     /// Simpson's rule over a panel, or over its halves when they say otherwise.
@@ -231,9 +241,11 @@ impl Statistics {
         let [a, m, b] = [p.start, p.middle, p.end].map(|y| y - self.first);
         let of = |a: f64, m: f64, b: f64| (a + 4.0 * m + b) / 6.0;
         self.add(time, of(a, m, b), of(a * a, m * m, b * b));
-        if self.quantiles.is_some() {
+        if a == m && m == b {
+            self.hold(p.start, time);
+        } else if self.quantiles.is_some() {
             for part in [0.125, 0.375, 0.625, 0.875] {
-                self.spread(p.parabola(part), 0.25 * time);
+                self.pass(p.parabola(part), 0.25 * time);
             }
         }
     }
