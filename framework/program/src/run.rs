@@ -10,7 +10,7 @@ use crate::{exit, profile, scene, taps};
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
-use linkwork_record::LogSpec;
+use linkwork_record::{LogSpec, log_begin};
 use linkwork_runner::{
     Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment, changed,
     time_name,
@@ -96,6 +96,7 @@ pub(crate) fn read(file: &Path) -> Result<(Checkpoint, String), u8> {
         tell!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
         exit::INPUT
     })?;
+    warn_of_version(&checkpoint);
     let name = checkpoint
         .extra
         .get("name")
@@ -248,6 +249,9 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         others.extend(fork.simulation().map(load::sim_file));
     }
     let recording = taps::recording(options, &out, &others)?;
+    if !options.no_log {
+        keeps_earlier(&log, &source)?;
+    }
     let server = options.serve.as_deref().map(|address| listen(address, name)).transpose()?;
     let folder = claim(&out, &sim, &configuration)?;
     let mut saves = Saves::new(&sim, out.clone(), name, &configuration, every);
@@ -356,6 +360,44 @@ fn restore(sim: &mut Simulation, c: &Checkpoint) -> Result<(), u8> {
         tell!("error: {e}");
         exit::INPUT
     })
+}
+
+/// A run that continues from a checkpoint writes no rows of before. It does not replace a log that has some: they would be lost.
+fn keeps_earlier(log: &Path, source: &Source<'_>) -> Result<(), u8> {
+    let time = match &source.begin {
+        Begin::New => return Ok(()),
+        Begin::Resumed(checkpoint) => checkpoint.time,
+        Begin::Forked(fork) => fork.time(),
+    };
+    if log.symlink_metadata().is_err() {
+        return Ok(());
+    }
+    let what = match log_begin(log) {
+        Ok(Some(begin)) if begin < time => format!("has rows from t = {begin} s on"),
+        Ok(_) => return Ok(()),
+        Err(e) => format!("is not a log that can be read ({e})"),
+    };
+    tell!(
+        "error: `{}` {what}, and this run begins at t = {time} s: it would replace them\n  help: choose another folder with \
+         --out, or leave it out; --no-log keeps the log as it is",
+        log.display()
+    );
+    Err(exit::INPUT)
+}
+
+/// What another version of the program may have changed. The structure, parameters and files of the simulation are compared by
+/// `restore`, which rejects other ones; what models compute may differ without a trace in them.
+fn warn_of_version(c: &Checkpoint) {
+    let own = env!("CARGO_PKG_VERSION");
+    if c.version != own {
+        tell!(
+            "warning: the checkpoint was written by Linkwork {}, and this is {own}\n  help: states, parameters, files and \
+             wires are compared, and a difference is an error; the equations of models may have changed, so that the run may \
+             continue differently from one by {}: see the changes marked `break`, or run the simulation anew",
+            c.version,
+            c.version
+        );
+    }
 }
 
 fn not_past(time: f64, until: Option<Seconds>) -> Result<(), u8> {

@@ -83,6 +83,14 @@ impl Ballast {
         }
     }
 
+    /// A second handle of the file.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn twin(&self) -> std::io::Result<File> {
+        self.file.try_clone()
+    }
+
     /// Cuts back to the last whole part.
     ///
     /// # Errors

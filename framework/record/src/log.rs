@@ -14,6 +14,7 @@ use mcap::records::{MessageHeader, Metadata};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Arc;
@@ -164,6 +165,8 @@ pub struct Log {
     path: String,
     /// `None` once it is finished.
     writer: Option<mcap::Writer<BufWriter<Ballast>>>,
+    /// The same file, to bring it to the disk.
+    disk: File,
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
     transforms: Option<Transforms>,
@@ -195,6 +198,7 @@ impl Log {
         let fail = |why: String| LogError::Write { path: name.clone(), why };
         let gauge = Arc::new(Gauge::default());
         let file = Ballast::create(path, gauge.clone()).map_err(|e| fail(e.to_string()))?;
+        let disk = file.twin().map_err(|e| fail(e.to_string()))?;
         let mut writer = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Lz4))
             .chunk_size(None) // Parts end when we say so.
@@ -255,6 +259,7 @@ impl Log {
         let log = Log {
             path: name,
             writer,
+            disk,
             channels,
             transforms,
             first_camera,
@@ -341,15 +346,35 @@ fn within<'a>(part: &str, path: &'a str) -> &'a str {
     rest.map_or(path, |rest| rest.strip_prefix('.').unwrap_or(rest))
 }
 
+/// What rows of a rule hold: for each of its columns the path of the variable, and whether it is a truth value.
+pub struct Columns {
+    /// The variables, read together.
+    pub group: Group,
+    /// Path, and whether it is a truth value.
+    pub variables: Vec<(String, bool)>,
+}
+
+/// The columns of a rule, in the order in which a log has them.
+pub fn columns(plan: &Plan, rule: &Rule) -> Columns {
+    let (mut places, mut variables) = (Vec::new(), Vec::new());
+    for (_, list, _) in messages(plan, &rule.paths) {
+        places.extend(list.iter().map(|(_, v)| v.place));
+        let variable =
+            |(path, v): &(&String, &Variable)| ((*path).clone(), v.kind == PortKind::Bool);
+        variables.extend(list.iter().map(variable));
+    }
+    let Rule { period, on_change, around, .. } = rule.clone();
+    Columns { group: Group { period, places, on_change, around, ..Group::default() }, variables }
+}
+
 fn open_group(
     writer: &mut mcap::Writer<BufWriter<Ballast>>,
     plan: &Plan,
     rule: &Rule,
 ) -> Result<(Group, Vec<Channel>), mcap::McapError> {
-    let (mut places, mut channels) = (Vec::new(), Vec::new());
+    let (mut from, mut channels) = (0, Vec::new());
     for (part, list, schema) in messages(plan, &rule.paths) {
-        let from = places.len();
-        places.extend(list.iter().map(|(_, v)| v.place));
+        let to = from + list.len();
         let id = writer.add_schema(&schema.name, "protobuf", &schema.descriptor())?;
         let mut metadata = BTreeMap::new();
         for (column, field) in schema.columns() {
@@ -359,10 +384,10 @@ fn open_group(
         }
         let topic = format!("/{}", part.replace('.', "/"));
         let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;
-        channels.push(Channel { id, sequence: 0, schema, from, to: places.len() });
+        channels.push(Channel { id, sequence: 0, schema, from, to });
+        from = to;
     }
-    let Rule { period, on_change, around, .. } = rule.clone();
-    Ok((Group { period, places, on_change, around, ..Group::default() }, channels))
+    Ok((columns(plan, rule).group, channels))
 }
 
 fn open_transforms(
@@ -470,8 +495,10 @@ impl Consumer for Log {
         Ok(())
     }
 
+    /// On the disk, too: a checkpoint that comes after these rows outlasts a power cut no longer than they do.
     fn flush(&mut self) -> Result<(), String> {
         self.end_part()?;
+        sync(&self.disk).map_err(|e| self.fault(&e.to_string()))?;
         self.gauge.spent().map_or(Ok(()), |why| Err(self.fault(why)))
     }
 
@@ -490,8 +517,13 @@ impl Consumer for Log {
             // What is whole stays, without the log's end: readers go as far as it goes.
             file.cut().map_err(|e| self.fault(&e.to_string()))?;
         }
-        ended
+        ended.and(sync(&self.disk).map_err(|e| self.fault(&e.to_string())))
     }
+}
+
+/// Brings a file to the disk; what is no file (a pipe) has none.
+fn sync(file: &File) -> std::io::Result<()> {
+    if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }
 
 impl Drop for Log {

@@ -74,14 +74,46 @@ pub fn read_log(path: &Path) -> Result<BTreeMap<String, Series>, LogError> {
 const READ: usize = 1 << 20;
 const RECORD: usize = 1 << 30;
 
-/// A byte of a compressed chunk stands for at most so many.
+/// A byte of a compressed chunk stands for at most so many, and a chunk is at most so large. Logs have chunks of some hundred
+/// kilobytes, or of one message that is larger.
 const EXPANSION: u64 = 256;
+const CHUNK: u64 = 256 << 20;
 
 /// All series of a log, and how it ends.
 ///
 /// # Errors
 /// [`LogError::Read`] when it cannot be opened or is not MCAP, [`LogError::Damaged`].
 pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
+    contents(path, Poses::Left)
+}
+
+/// The same with the poses of all bodies among the series: `pose of NAME.position.x` (m, W) to `.rotation.w`.
+///
+/// # Errors
+/// As [`read_log_contents`].
+pub fn read_log_with_poses(path: &Path) -> Result<LogContents, LogError> {
+    contents(path, Poses::Taken)
+}
+
+/// The numbers of a pose and their units.
+const POSE: [(&str, &str); 7] = [
+    ("position.x", "m"),
+    ("position.y", "m"),
+    ("position.z", "m"),
+    ("rotation.x", ""),
+    ("rotation.y", ""),
+    ("rotation.z", ""),
+    ("rotation.w", ""),
+];
+
+/// Whether the poses of bodies become series.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Poses {
+    Left,
+    Taken,
+}
+
+fn contents(path: &Path, with: Poses) -> Result<LogContents, LogError> {
     let mut contents = LogContents {
         series: BTreeMap::new(),
         configuration: String::new(),
@@ -108,6 +140,19 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
                 }
             }
             Entry::Set(set) => contents.sets.push(set),
+            Entry::Poses { ns, bodies } if with == Poses::Taken => {
+                for (name, pose) in bodies {
+                    let (p, q) = (pose.position, pose.rotation);
+                    let numbers = [p.x, p.y, p.z, q.i, q.j, q.k, q.w];
+                    for (y, (lane, unit)) in numbers.into_iter().zip(POSE) {
+                        let series = contents.series.entry(format!("pose of {name}.{lane}"));
+                        let series = series
+                            .or_insert_with(|| Series { unit: unit.into(), ..Series::default() });
+                        series.t.push(seconds(ns));
+                        series.y.push(y);
+                    }
+                }
+            }
             Entry::Poses { .. }
             | Entry::Picture { .. }
             | Entry::Tile { .. }
@@ -148,6 +193,32 @@ pub struct Logged {
 /// The seconds of a number of nanoseconds: the nearest double, so that 0.29 s are 0.29.
 pub fn seconds(ns: u64) -> f64 {
     ns as f64 / 1e9
+}
+
+/// The simulated time (s) at which the rows of a log begin; `None` when it has none.
+///
+/// # Errors
+/// [`LogError::Read`] when the log cannot be opened or is not MCAP, [`LogError::Damaged`] when it is damaged before its first row.
+pub fn log_begin(path: &Path) -> Result<Option<f64>, LogError> {
+    /// Ends the walk.
+    enum Found {
+        At(u64),
+        Not(LogError),
+    }
+    impl From<LogError> for Found {
+        fn from(e: LogError) -> Found {
+            Found::Not(e)
+        }
+    }
+    let first = walk_log::<Found>(path, |entry| match entry {
+        Entry::Numbers { ns, .. } | Entry::Poses { ns, .. } => Err(Found::At(ns)),
+        _ => Ok(()),
+    });
+    match first {
+        Ok(_) => Ok(None),
+        Err(Found::At(ns)) => Ok(Some(seconds(ns))),
+        Err(Found::Not(e)) => Err(e),
+    }
 }
 
 /// Something that a log says.
@@ -227,10 +298,11 @@ pub fn walk_log<E: From<LogError>>(
 ) -> Result<End, E> {
     let name = path.display().to_string();
     let fail = |why: String| LogError::Read { path: name.clone(), why };
-    let mut file = File::open(path).map_err(|e| fail(e.to_string()))?;
-    if !file.metadata().map_err(|e| fail(e.to_string()))?.is_file() {
+    // Before it is opened: a pipe would be waited for.
+    if !path.metadata().map_err(|e| fail(e.to_string()))?.is_file() {
         return Err(fail("it is no file".into()).into());
     }
+    let mut file = File::open(path).map_err(|e| fail(e.to_string()))?;
     let options = LinearReaderOptions::default()
         .with_emit_chunks(true)
         .with_validate_data_section_crc(true)
@@ -338,7 +410,7 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
     /// `record` is the whole record of a chunk. Its checksum is compared before any of it is read.
     fn chunk(&mut self, header: &ChunkHeader, record: &[u8]) -> Result<(), Halt<E>> {
         let size = record.len() as u64;
-        let most = EXPANSION * (size + 1024);
+        let most = CHUNK.min(EXPANSION * (size + 1024));
         if header.uncompressed_size > most || header.compressed_size > size {
             let claim = header.uncompressed_size;
             return Err(format!("a chunk of {size} bytes cannot hold {claim}").into());

@@ -107,13 +107,16 @@ struct Feed {
     name: String,
     need: Need,
     tap: Tap,
+    /// Why it could not be flushed, which is why it ends.
+    failed: Option<String>,
 }
 
 impl Feed {
     fn end(self, end: impl FnOnce(Tap) -> Result<(), String>) -> TapEnd {
-        let Feed { name, need, tap } = self;
+        let Feed { name, need, tap, failed } = self;
         let (dropped, unmet) = (tap.dropped(), tap.unmet());
-        TapEnd { name, need, dropped, result: end(tap), unmet }
+        let ended = end(tap);
+        TapEnd { name, need, dropped, result: failed.map_or(ended, Err), unmet }
     }
 }
 
@@ -238,7 +241,7 @@ impl<W: Watch> Runner<W> {
 
     /// Feeds a tap from the present tick on.
     pub fn tap(&mut self, name: impl Into<String>, need: Need, tap: Tap) {
-        self.feeds.push(Feed { name: name.into(), need, tap });
+        self.feeds.push(Feed { name: name.into(), need, tap, failed: None });
     }
 
     /// Whether a tap of this name is fed.
@@ -416,6 +419,10 @@ impl<W: Watch> Runner<W> {
 
     /// Writes a checkpoint of the present tick under this name, whatever the policy says.
     pub fn save(&mut self, name: &str) {
+        // The rows before it are on the disk before a checkpoint names its instant. A log that fails says so at its end.
+        for feed in self.feeds.iter_mut().filter(|feed| feed.need == Need::Must) {
+            feed.failed = feed.tap.flush().err().or(feed.failed.take());
+        }
         if let Some(saves) = &mut self.saves {
             saves.write(&self.sim, carried(&self.sim, &self.watch, &self.feeds), name);
         }

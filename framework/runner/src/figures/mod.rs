@@ -96,6 +96,33 @@ pub struct Figures {
     places: Vec<Place>,
     series: Vec<Series>,
     firsts: Vec<First>,
+    memo: Memo,
+}
+
+/// Values inside a stretch that several figures look at.
+#[derive(Clone, Debug, Default)]
+struct Memo {
+    known: [bool; PARTS.len()],
+    values: Vec<f64>,
+}
+
+/// The parts of a stretch at which they are kept.
+const PARTS: [f64; 3] = [0.5, 0.25, 0.75];
+
+impl Memo {
+    /// The value of a column at a part of the stretch.
+    fn at(&mut self, over: &mut Stretch<'_>, part: f64, column: usize) -> Option<f64> {
+        let Some(k) = PARTS.iter().position(|p| *p == part) else {
+            return over.at(part).map(|values| values[column]);
+        };
+        let n = over.start().len();
+        let own = k * n..(k + 1) * n;
+        if !self.known[k] {
+            self.values.get_mut(own.clone())?.copy_from_slice(over.at(part)?);
+            self.known[k] = true;
+        }
+        self.values.get(own).map(|values| values[column])
+    }
 }
 
 impl Figures {
@@ -180,8 +207,9 @@ impl Figures {
     }
 
     /// Observes a run from its present instant on. They are then those of the run ([`Figures::of`]).
-    pub fn observe(self, sim: &mut Simulation) {
+    pub fn observe(mut self, sim: &mut Simulation) {
         if !self.list.is_empty() {
+            self.memo.values = vec![f64::NAN; PARTS.len() * self.places.len()];
             sim.observe(&self.places.clone(), Box::new(self));
         }
     }
@@ -331,9 +359,10 @@ impl Observer for Figures {
     }
 
     fn stretch(&mut self, over: &mut Stretch<'_>) {
+        self.memo.known = [false; PARTS.len()];
         for series in &mut self.series {
             if series.wants != Wants::Last {
-                series.stretch(over);
+                series.stretch(over, &mut self.memo);
             }
         }
         for first in &mut self.firsts {
@@ -349,7 +378,7 @@ fn truth(value: f64) -> f64 {
 }
 
 impl Series {
-    fn stretch(&mut self, over: &mut Stretch<'_>) {
+    fn stretch(&mut self, over: &mut Stretch<'_>, memo: &mut Memo) {
         let (begin, length) = (over.begin(), over.length());
         match &self.source {
             Source::Number(column) => {
@@ -361,7 +390,7 @@ impl Series {
                     return self.statistics.held(begin, length, start);
                 }
                 let span = Span { begin, length, start, end, wide: over.is_wide() };
-                let mut inside = |part: f64| over.at(part).map(|values| values[*column]);
+                let mut inside = |part: f64| memo.at(over, part, *column);
                 self.statistics.smooth(span, self.wants, &mut inside);
             }
             Source::Truth(column) => {

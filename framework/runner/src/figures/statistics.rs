@@ -155,12 +155,15 @@ impl Statistics {
         (self.slope, self.end) = (slope, end);
         // How far it may leave the straight line: a parabola by 1/8 of the change of slope over the stretch.
         let scale = self.scale();
-        let off = 0.25 * self.bend * length;
+        let mut off = 0.25 * self.bend * length;
+        if wide {
+            off = off.max((end - start).abs());
+        }
         let bends = |part: f64| wide || !(off <= part * scale);
         let sums = matches!(wants, Wants::Moments | Wants::Quantiles) && bends(1e-4);
         let turns = (end - start).abs() <= 8.0 * off;
         let beats = start.max(end) + off > top || start.min(end) - off < bottom;
-        let extremes = wants == Wants::Extremes && (wide || (turns && beats && bends(1e-12)));
+        let extremes = wants == Wants::Extremes && beats && (wide || (turns && bends(1e-12)));
         let middle = if sums || extremes { inside(0.5) } else { None };
         let Some(middle) = middle.filter(|m| m.is_finite()) else {
             return self.straight(length, start, end, wants);
@@ -207,9 +210,10 @@ impl Statistics {
         inside: &mut Inside<'_>,
     ) {
         let width = p.to - p.from;
-        // The first look at a panel is by the straight line: it agrees when there is nothing to see.
+        // The error of Simpson's rule is about the square of that of the straight line, a twentieth of it.
         let straight = 0.5 * (p.start + p.end);
-        let flat = (p.simpson() - straight).abs() <= 0.1 * ACCURACY * scale;
+        let off = (p.simpson() - straight).abs() / scale;
+        let flat = 0.05 * off * off <= ACCURACY;
         if depth > 0 && !flat {
             let quarter = |part: f64, inside: &mut Inside<'_>| inside(p.from + part * width);
             if let (Some(left), Some(right)) = (quarter(0.25, inside), quarter(0.75, inside)) {

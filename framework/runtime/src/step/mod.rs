@@ -459,6 +459,15 @@ impl Simulation {
         beyond(x, RUNAWAY) || beyond(sig, f64::INFINITY) || beyond(d, f64::INFINITY)
     }
 
+    /// The first variable that is no number, or a state that ran away, and its value.
+    pub(crate) fn bad_variable(&self) -> Option<(String, f64)> {
+        self.is_bad().then(|| {
+            let path = self.first_bad().path;
+            let value = self.plan.lanes.get(&path).map_or(f64::NAN, |v| self.value(v.place));
+            (path, value)
+        })
+    }
+
     fn first_bad(&self) -> RunError {
         let bad = |v: &Variable| {
             let value = self.value(v.place);
