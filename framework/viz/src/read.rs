@@ -30,6 +30,10 @@ const LANES: usize = 8;
 pub fn read_recording(path: &Path) -> Result<BTreeMap<String, Shown>, VizError> {
     let name = path.display();
     let fault = |e: String| VizError(format!("`{name}`: {e}"));
+    // A pipe would be waited for.
+    if !path.metadata().map_err(|e| fault(e.to_string()))?.is_file() {
+        return Err(fault("it is no file".into()));
+    }
     let file = BufReader::new(File::open(path).map_err(|e| fault(e.to_string()))?);
     let mut shown = BTreeMap::new();
     for message in DecoderApp::decode_eager(file).map_err(|e| fault(e.to_string()))? {
