@@ -1,8 +1,8 @@
 //! `linkwork fork`: goes on from a checkpoint with other parameters, or as another simulation.
 //!
 //! The state goes over by path, as between phases: parts of one path and kind keep it, new parts start at this
-//! instant, bodies keep pose and motion. What is kept, new and lost is told before anything is written. Figures begin
-//! anew; the log carries the state from which the fork begins, so that it can be simulated again.
+//! instant, bodies keep pose and motion. What is kept, new and lost is told before anything is written. Figures of
+//! variables and conditions that both have continue; the log carries the state from which the fork begins, so that it can be simulated again.
 use crate::load::Ready;
 use crate::options::RunOptions;
 use crate::{exit, load, run};
