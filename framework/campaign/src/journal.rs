@@ -5,8 +5,8 @@
 //! crc32 {"run":4,"ended":"until",…}                  a run, in the order in which they ended
 //! ```
 //! Lines are only added. A process that is killed leaves a last line without an end, which is cut when the campaign
-//! continues. A line that was changed is left where it is and reported; its run counts as one that has not ended. Without a
-//! readable head the journal is rejected, because nothing else says of which campaign it is. Numbers are written as texts that read back to the same bits.
+//! continues. A damaged line stays in the file and is reported; its run is made again. A journal without a readable head is
+//! rejected, because only the head names its campaign. Numbers are written as texts that read back to the same bits.
 use crate::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

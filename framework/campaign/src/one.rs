@@ -203,7 +203,7 @@ impl Under<'_> {
     }
 }
 
-/// What a run keeps of its variables over time, taken at every tick.
+/// The history of a run, sampled at every tick.
 pub struct Watched {
     history: Option<History>,
 }

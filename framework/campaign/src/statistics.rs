@@ -7,9 +7,9 @@
 //! share      p = k/n, and Wilson's interval (1927): (p + z²/2n ± z √(p (1 − p)/n + z²/4n²))/(1 + z²/n), z = 1.959964 for 95 %
 //! ellipse    of k deviations: centre m, half axes k √λ along the eigenvectors of the covariance
 //! ```
-//! The error of the mean and Wilson's interval hold for independent runs. Those of a Latin hypercube and of a Sobol sequence are
-//! not: their means are nearer to the truth, by how much one campaign cannot say (Owen, Monte Carlo theory, methods and
-//! examples, 2013, chapters 10 and 17). They have neither.
+//! The error of the mean and Wilson's interval assume independent runs. The runs of a Latin hypercube or a Sobol sequence depend on
+//! each other, and their means usually have much smaller errors than s/√n. One campaign does not show how much smaller: that takes
+//! repetitions with other seeds. Therefore `Summary::error` is NaN for them.
 //!
 //! A value that is NaN (a figure of a phase that never came) is left out, and `n` says so.
 
@@ -34,7 +34,7 @@ pub struct Summary {
 pub const PERCENTILES: [f64; 9] = [0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0];
 
 impl Summary {
-    /// Of these values of runs that were sampled so. Cost: n log n.
+    /// Summarizes the values of runs that were sampled by `how`. Cost: n log n.
     pub fn of(values: &[f64], how: Sampling) -> Summary {
         let mut y: Vec<f64> = values.iter().copied().filter(|y| !y.is_nan()).collect();
         y.sort_by(f64::total_cmp);

@@ -296,7 +296,7 @@ fn offset_of(text: &str, p: roxmltree::TextPos) -> usize {
 /// Most attributes of one element: the parser compares each with all before it.
 const ATTRIBUTES: usize = 1000;
 
-/// Where the first element with more attributes than that begins. Linear in the length of the text, whatever it is.
+/// Returns where the first element with more attributes than that begins. The time is linear in the length of the text.
 fn too_crowded(text: &str) -> Option<usize> {
     let mut from = 0;
     while let Some(start) = text.get(from..)?.find('<').map(|k| from + k) {
@@ -389,7 +389,7 @@ mod tests {
             assert_eq!((fault.place.line, fault.place.column), (2, 2));
             assert_eq!(fault.kind, FaultKind::TooCrowded { limit: ATTRIBUTES });
         }
-        // What never ends is the parser's to tell.
+        // The parser reports elements without an end.
         for text in ["<", "<!-- ", "<![CDATA[", "<?", "<a b='", "", "x"] {
             assert_eq!(too_crowded(text), None, "{text}");
         }

@@ -25,7 +25,8 @@ const REQUESTS: usize = 16;
 const REPLIES: usize = 64;
 /// Clients at one time.
 const CLIENTS: usize = 16;
-/// Connections at one time that have not said hello yet. One more closes the oldest of them, so that silent connections keep no client out.
+/// Maximum number of connections before their hello. A further connection closes the oldest of them, so that silent connections do not
+/// keep clients out.
 const STRANGERS: usize = 64;
 /// Bytes of the first message at most.
 const LONGEST_HELLO: usize = 1024;
@@ -254,7 +255,7 @@ struct Hall {
     simulation: String,
     /// Clients that have said hello.
     open: Arc<AtomicUsize>,
-    /// Connections that have not, by number, the oldest first.
+    /// Connections before their hello, by number, the oldest first.
     strangers: Arc<Mutex<BTreeMap<u64, TcpStream>>>,
     closing: Arc<AtomicBool>,
     send: Sender<Guest>,

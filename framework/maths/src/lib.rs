@@ -1,17 +1,17 @@
-//! sin, cos, exp, pow and the like, with the same bits on every machine.
+//! Deterministic sin, cos, exp, pow and similar functions: bit-identical results on every machine.
 //!
 //! `f64::sin` of Rust calls the function `sin` of the system's C library. glibc has several of it and takes one by the
 //! processor on which the program runs, and other versions of glibc have others: runs differ in their last bits from
 //! machine to machine. This crate defines the functions of that name in the program itself, by the crate `libm` (a
 //! translation of musl's). The linker takes them for every call, of whatever crate, and the C library's are not asked.
 //!
-//! Nothing has to be called: it is enough that `linkwork-runtime` is in the program. A shared library needs the linker's
-//! `-Bsymbolic`, so that its calls are not bound to those of the process into which it is loaded.
+//! Programs that contain `linkwork-runtime` use these functions without calling them by path. A shared library must be linked with
+//! `-Bsymbolic`; otherwise its calls are bound to the C library of the process that loads it.
 //!
 //! Accuracy: below 1 ulp of glibc's for sin, cos, tan, exp, log, pow, atan2, hypot, below 2 ulp for tanh. Time, against glibc 2.36
 //! with FMA: sin and cos half, atan2 and hypot three quarters, exp and tanh 1.3 times, pow three times.
 //!
-//! Only on Linux; elsewhere the C library's are taken.
+//! This applies to Linux. Other systems use the functions of their C library.
 //! ```
 //! # extern crate linkwork_maths as _;
 //! assert_eq!(1.0_f64.sin().to_bits(), 0x3fea_ed54_8f09_0cee);

@@ -12,7 +12,7 @@ struct Contents {
     series: BTreeMap<String, Series>,
     /// The configuration that made it, when it carries one.
     configuration: String,
-    /// What is no number: stores of parts, by name.
+    /// Stores of parts, by name.
     stores: BTreeMap<String, Vec<u8>>,
 }
 
@@ -195,7 +195,7 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
     }
     let exact = !options.common && abs == 0.0 && rel == 0.0 && tolerances.of.is_empty();
     if let Some(line) = first_line(&x.configuration, &y.configuration) {
-        // Runs that are compared with tolerances, or where both have rows, are meant to be of other settings.
+        // Users compare runs of different settings with tolerances or with `--common`.
         if exact {
             let (name, what) = ("the configuration".to_string(), line);
             differences.push(Difference { name, what, largest: f64::INFINITY });

@@ -3,6 +3,7 @@ use crate::voice::report;
 use crate::{exit, load, taps};
 use linkwork_assembly::Failure;
 use linkwork_record::{End, LogContents, Series, read_log_contents, seconds};
+use linkwork_runner::BUILT;
 use linkwork_runtime::{Checkpoint, Consumer, Program, Rule, SetRow, Simulation, Tap, TapRow};
 use std::collections::BTreeMap;
 use std::iter::Peekable;
@@ -53,7 +54,7 @@ struct Logged {
 }
 
 impl Logged {
-    /// The place of a row of this time; `None` where the log has none.
+    /// Returns the place of the row at this time; `None` without such a row.
     fn place(&mut self, t: f64) -> Option<usize> {
         let times = &self.series.t;
         if times.get(self.next) != Some(&t) {
@@ -75,12 +76,12 @@ struct Findings {
     fault: Option<String>,
 }
 
-/// Compares rows with those of the log as they come: nothing is written, and the run ends where they differ.
+/// Compares each row with the log as it comes. It writes no file, and the run ends at the first difference.
 struct Verify {
     findings: Arc<Mutex<Findings>>,
-    /// For each group and column the series, and whether it is a truth value.
+    /// The series of each group's columns, and whether a column is a truth value.
     columns: Vec<Vec<(usize, bool)>>,
-    /// Rows may come so much later (s) than others that are as old.
+    /// Maximum delay (s) of rows that wait for an event.
     beyond: f64,
 }
 
@@ -176,7 +177,7 @@ fn compare(
     let tap = Tap::start(&sim, groups, 64, Box::new(verify));
     let mut tap = tap.map_err(|e| e.to_string())?;
     if let Some(start) = start {
-        // What it does not remember the log did not know either.
+        // Without an entry the run had no log.
         let _ = taps::go_on(&mut tap, start, &sim);
     }
     let outcome = step_to(&mut sim, &mut tap, sets, last, beyond);
@@ -202,7 +203,7 @@ fn compare(
     Ok(Ok(Compared { numbers, until: last }))
 }
 
-/// Steps until rows of `last` (s) and those that came `beyond` it have been given, or until they differ.
+/// Steps to `last` (s) and by `beyond` (s) further, or to the first difference.
 fn step_to(
     sim: &mut Simulation,
     tap: &mut Tap,
@@ -298,6 +299,10 @@ pub fn verify(file: &Path) -> u8 {
                 d.logged,
                 d.now
             );
+            let (was, now) = (about.get(BUILT), linkwork_runner::built());
+            if let Some(was) = was.filter(|was| **was != now) {
+                say!("    the log was made by {was}, and this is {now}: their last bits differ");
+            }
             exit::FAILED
         }
         Err(e) => {

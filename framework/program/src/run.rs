@@ -12,8 +12,8 @@ use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
 use linkwork_record::{LogSpec, log_begin};
 use linkwork_runner::{
-    Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment, changed,
-    time_name,
+    BUILT, Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment,
+    changed, time_name,
 };
 use linkwork_runtime::{
     Change, Checkpoint, Fault, Profile, RunError, Seconds, Simulation, Sources,
@@ -277,7 +277,11 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
             groups: prepared.groups,
             transforms: Some(scene_period),
             configuration,
-            about: [("simulation".to_string(), name.to_string())].into(),
+            about: [
+                ("simulation".to_string(), name.to_string()),
+                (BUILT.to_string(), linkwork_runner::built()),
+            ]
+            .into(),
             start: begins,
         };
         let resumed = match &source.begin {
@@ -396,6 +400,14 @@ fn warn_of_version(c: &Checkpoint) {
              continue differently from one by {}: see the changes marked `break`, or run the simulation anew",
             c.version,
             c.version
+        );
+        return;
+    }
+    let (was, now) = (c.extra.get(BUILT), linkwork_runner::built());
+    if let Some(was) = was.filter(|was| ***was != *now.as_bytes()) {
+        tell!(
+            "note: the checkpoint was written by {}, and this is {now}: the run continues with other last bits",
+            String::from_utf8_lossy(was)
         );
     }
 }
@@ -646,6 +658,7 @@ impl Run {
             real_time_factor: simulated / wall.max(1e-9),
             realtime: self.runner.realtime(),
             seed: sim.plan().seed,
+            built: linkwork_runner::built(),
             figures: self.runner.figures().map(summary::figures).unwrap_or_default(),
             files: self.files.clone(),
             problems: self.problems.clone(),

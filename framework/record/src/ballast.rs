@@ -83,10 +83,10 @@ impl Ballast {
         }
     }
 
-    /// A second handle of the file.
+    /// Returns a second handle of the file.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// The error of the system.
     pub fn twin(&self) -> std::io::Result<File> {
         self.file.try_clone()
     }

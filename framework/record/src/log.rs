@@ -90,8 +90,8 @@ const FRESH: Duration = Duration::from_secs(2);
 pub(crate) const CONFIGURATION: &str = "configuration.ron";
 pub(crate) const START: &str = "start.lwck";
 
-/// Metadata of a channel: the path of the variable in a field, and its unit. Fields have names that a schema may have; paths are
-/// those of the simulation.
+/// Keys in the metadata of a channel: the path of the variable of a field, and its unit. The name of a field differs from the path
+/// where a schema does not permit the path.
 pub(crate) const PATH: &str = "path.";
 pub(crate) const UNIT: &str = "unit.";
 
@@ -165,7 +165,7 @@ pub struct Log {
     path: String,
     /// `None` once it is finished.
     writer: Option<mcap::Writer<BufWriter<Ballast>>>,
-    /// The same file, to bring it to the disk.
+    /// A second handle of the file, to synchronize it with the disk.
     disk: File,
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
@@ -340,13 +340,13 @@ fn messages<'a>(
     by_part.into_iter().map(message).collect()
 }
 
-/// The path of a variable without that of its part.
+/// Returns the path of a variable relative to its part.
 fn within<'a>(part: &str, path: &'a str) -> &'a str {
     let rest = path.strip_prefix(part);
     rest.map_or(path, |rest| rest.strip_prefix('.').unwrap_or(rest))
 }
 
-/// What rows of a rule hold: for each of its columns the path of the variable, and whether it is a truth value.
+/// The columns of a rule.
 pub struct Columns {
     /// The variables, read together.
     pub group: Group,
@@ -495,7 +495,7 @@ impl Consumer for Log {
         Ok(())
     }
 
-    /// On the disk, too: a checkpoint that comes after these rows outlasts a power cut no longer than they do.
+    /// Synchronizes with the disk, too, because a checkpoint that follows names rows that must survive a power cut.
     fn flush(&mut self) -> Result<(), String> {
         self.end_part()?;
         sync(&self.disk).map_err(|e| self.fault(&e.to_string()))?;
@@ -521,7 +521,7 @@ impl Consumer for Log {
     }
 }
 
-/// Brings a file to the disk; what is no file (a pipe) has none.
+/// Synchronizes a file with the disk. Pipes and devices are left alone.
 fn sync(file: &File) -> std::io::Result<()> {
     if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }

@@ -74,8 +74,8 @@ pub fn read_log(path: &Path) -> Result<BTreeMap<String, Series>, LogError> {
 const READ: usize = 1 << 20;
 const RECORD: usize = 1 << 30;
 
-/// A byte of a compressed chunk stands for at most so many, and a chunk is at most so large. Logs have chunks of some hundred
-/// kilobytes, or of one message that is larger.
+/// Maximum number of bytes that a byte of a compressed chunk may expand to, and maximum size of a chunk. Logs have chunks of a few
+/// hundred kilobytes, or of one larger message.
 const EXPANSION: u64 = 256;
 const CHUNK: u64 = 256 << 20;
 
@@ -87,7 +87,7 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
     contents(path, Poses::Left)
 }
 
-/// The same with the poses of all bodies among the series: `pose of NAME.position.x` (m, W) to `.rotation.w`.
+/// Reads a log like [`read_log_contents`], with the poses of all bodies among the series: `pose of NAME.position.x` (m, W) to `.rotation.w`.
 ///
 /// # Errors
 /// As [`read_log_contents`].
@@ -186,16 +186,16 @@ impl Series {
 pub struct Logged {
     /// Its path in the simulation; of a log without paths `part.field`.
     pub path: String,
-    /// Its unit, when the log tells.
+    /// Its unit; empty without one.
     pub unit: String,
 }
 
-/// The seconds of a number of nanoseconds: the nearest double, so that 0.29 s are 0.29.
+/// Converts nanoseconds to seconds: the nearest double, so that 290 000 000 ns are 0.29 s.
 pub fn seconds(ns: u64) -> f64 {
     ns as f64 / 1e9
 }
 
-/// The simulated time (s) at which the rows of a log begin; `None` when it has none.
+/// Returns the simulated time (s) of the first row of a log; `None` without rows.
 ///
 /// # Errors
 /// [`LogError::Read`] when the log cannot be opened or is not MCAP, [`LogError::Damaged`] when it is damaged before its first row.
@@ -298,7 +298,7 @@ pub fn walk_log<E: From<LogError>>(
 ) -> Result<End, E> {
     let name = path.display().to_string();
     let fail = |why: String| LogError::Read { path: name.clone(), why };
-    // Before it is opened: a pipe would be waited for.
+    // Check before opening, because opening a pipe blocks.
     if !path.metadata().map_err(|e| fail(e.to_string()))?.is_file() {
         return Err(fail("it is no file".into()).into());
     }

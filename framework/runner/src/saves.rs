@@ -157,9 +157,13 @@ impl Saves {
     }
 }
 
-/// What every checkpoint of a run carries: the simulation's name, the names of the signals.
+/// The name under which a checkpoint carries what built the program that wrote it.
+pub const BUILT: &str = "built";
+
+/// What every checkpoint of a run carries: what built the program, the simulation's name, the names of the signals.
 fn fill(c: &mut Checkpoint, name: &str, plan: &Plan) -> Result<(), String> {
     c.extra.insert("name".into(), name.as_bytes().to_vec());
+    c.extra.insert(BUILT.into(), crate::built().into_bytes());
     let signals = rmp_serde::to_vec(&signal_names(plan)).map_err(|e| e.to_string())?;
     c.extra.insert("signals".into(), signals);
     Ok(())

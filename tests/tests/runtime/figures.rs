@@ -305,3 +305,25 @@ fn figures_allocate_nothing_while_stepping() {
     });
     assert_eq!(counts.count_total, 0, "{counts:?}");
 }
+
+#[test]
+fn figures_that_mean_nothing_are_rejected() {
+    for (figure, wanted) in [
+        ("of: \"S.y\", take: \"percentile\"", "which percentile is not written"),
+        ("of: \"S.y\", take: \"percentile\", percent: 101", "a percentile of 101 %"),
+        ("of: \"S.y\", take: \"mean\", percent: 50", "`percent` is of a percentile"),
+        ("of: \"S.y\", take: \"max\", at: \"time > 1 s\"", "`at` gives one value"),
+        (
+            "of: \"S.y\", take: \"time_of_max\", unit: \"m\"",
+            "an instant is shown in a unit of time, and m is none",
+        ),
+        ("of: \"S.y\", take: \"largest\"", "largest"),
+        ("of: \"Q.y\"", "there is no variable `Q.y`"),
+    ] {
+        let text = format!(
+            "Simulation(parts: {{ \"S\": (model: \"basics.sine\") }}, until: \"1 s\", figures: {{ \"a\": ({figure}) }})"
+        );
+        let e = common::figures_of(&text).unwrap_err();
+        assert!(e.contains(wanted), "{figure}: {e}");
+    }
+}

@@ -1,7 +1,7 @@
 //! The simulation's own figures: numbers that sum up a run, taken while it runs, in fixed memory.
 //!
-//! Figures observe the run ([`Observer`]): they take variables over time, not at rows, so that a mean does not depend on how long
-//! rows are, and an extreme between two rows is found. Figures of one variable share its statistics.
+//! Figures observe the run ([`Observer`]). They take variables over time, not at rows: a mean does not depend on the length of
+//! rows, and an extreme between two rows is found. Figures of one variable share its statistics.
 mod quantiles;
 mod statistics;
 
@@ -25,7 +25,7 @@ pub struct Tracked {
     of: Of,
 }
 
-/// What a figure is taken of, by its place in [`Figures`].
+/// The series or the first value of a figure, by its place in [`Figures`].
 #[derive(Clone, Copy, Debug)]
 enum Of {
     Series(usize),
@@ -35,7 +35,7 @@ enum Of {
 /// A variable or a condition over time.
 #[derive(Clone, Debug)]
 struct Series {
-    /// As it was written: what a checkpoint knows it by.
+    /// As it was written: its key in checkpoints.
     key: String,
     source: Source,
     wants: Wants,
@@ -48,7 +48,7 @@ enum Source {
     Number(usize),
     /// The column of a truth value.
     Truth(usize),
-    /// 1 while it holds, 0 while it does not, nor where the phase has not all of its variables.
+    /// 1 while it holds, else 0; also 0 in a phase that lacks one of its variables.
     Condition(Over),
 }
 
@@ -81,7 +81,7 @@ struct First {
     found: Option<(f64, f64)>,
 }
 
-/// What of the past a checkpoint carries, by what it is of.
+/// The state of all figures in a checkpoint, by the keys of their series.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     series: Vec<(String, Statistics)>,
@@ -91,7 +91,7 @@ struct Kept {
 /// All figures of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Figures {
-    /// What they are.
+    /// The figures, in the order of their names.
     pub list: Vec<Tracked>,
     places: Vec<Place>,
     series: Vec<Series>,
@@ -195,8 +195,8 @@ impl Figures {
         Ok(())
     }
 
-    /// The series of what is written so, which figures share that need the same of it: what one comes to does not depend on what
-    /// others there are.
+    /// Returns the place of the series of a variable or condition. Figures that need the same statistics of it share the series, and
+    /// only these, so that the result of a figure does not depend on the other figures.
     fn series(&mut self, of: &str, source: Source, wants: Wants) -> usize {
         let key = format!("{wants:?} {of}");
         let known = self.series.iter().position(|s| s.key == key);
@@ -206,7 +206,7 @@ impl Figures {
         })
     }
 
-    /// Observes a run from its present instant on. They are then those of the run ([`Figures::of`]).
+    /// Observes a run from its present instant on. [`Figures::of`] returns them from then on.
     pub fn observe(mut self, sim: &mut Simulation) {
         if !self.list.is_empty() {
             self.memo.values = vec![f64::NAN; PARTS.len() * self.places.len()];
@@ -219,10 +219,10 @@ impl Figures {
         sim.observer()
     }
 
-    /// Where they stand, for a checkpoint.
+    /// Returns their state, for a checkpoint.
     ///
     /// # Errors
-    /// A message, when they cannot be written down.
+    /// A message, when they cannot be serialized.
     pub fn save(&self) -> Result<Vec<u8>, String> {
         let kept = Kept {
             series: self.series.iter().map(|s| (s.key.clone(), s.statistics.clone())).collect(),
@@ -231,10 +231,10 @@ impl Figures {
         rmp_serde::to_vec_named(&kept).map_err(|e| format!("the figures: {e}"))
     }
 
-    /// Continues where a checkpoint stood: figures of the same variables and conditions. Others begin at its instant.
+    /// Restores the figures of variables and conditions that the checkpoint has. Other figures begin at its instant.
     ///
     /// # Errors
-    /// What of the checkpoint cannot be read.
+    /// The saved state cannot be read.
     pub fn restore(&mut self, saved: &[u8]) -> Result<(), String> {
         let kept: Kept = rmp_serde::from_slice(saved)
             .map_err(|e| format!("the figures of the checkpoint cannot be read: {e}"))?;
@@ -252,7 +252,7 @@ impl Figures {
         Ok(())
     }
 
-    /// Name, value and unit of each; NaN of nothing, such as a phase that never came.
+    /// Returns name, value and unit of each; the value is NaN when the variable never existed or the condition never held.
     pub fn results(&self) -> impl Iterator<Item = (&str, f64, &str)> {
         self.list.iter().map(|f| {
             let value = match f.of {
@@ -270,7 +270,7 @@ impl Tracked {
         (y - self.shown_in.offset) / self.shown_in.scale
     }
 
-    /// The figure. A difference or a deviation has no offset: 10 K are 10 degC of it.
+    /// Returns the figure. Differences and deviations have no offset: a range of 10 K is one of 10 degC.
     fn value(&self, of: &Series) -> f64 {
         let (s, scale) = (&of.statistics, self.shown_in.scale);
         if s.last.is_nan() && s.time == 0.0 {

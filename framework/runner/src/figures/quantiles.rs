@@ -24,12 +24,12 @@ pub(super) struct Quantiles {
 }
 
 impl Quantiles {
-    /// With the memory for all that is to come.
+    /// Allocates the memory for all values.
     pub fn with_room() -> Quantiles {
         Quantiles { values: Vec::with_capacity(ROOM) }
     }
 
-    /// After it was read from a file: the memory for all that is to come.
+    /// Allocates the memory for all values again, after it was read from a file.
     pub fn make_room(&mut self) {
         self.values.truncate(ROOM);
         self.values.reserve_exact(ROOM - self.values.len());

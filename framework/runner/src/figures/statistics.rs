@@ -10,7 +10,7 @@
 use super::quantiles::Quantiles;
 use serde::{Deserialize, Serialize};
 
-/// What is needed of a variable.
+/// The statistics that a figure needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wants {
     /// Its last value.
@@ -38,7 +38,7 @@ pub(super) struct Statistics {
     /// NaN before the first.
     pub last: f64,
     pub quantiles: Option<Quantiles>,
-    /// Of the last stretch: its slope, its end, and by how much its slope differed from the one before.
+    /// The last stretch had this slope and end, and its slope differed by `bend` from the slope before it.
     slope: f64,
     end: f64,
     bend: f64,
@@ -60,7 +60,7 @@ pub(super) struct Span {
     pub length: f64,
     pub start: f64,
     pub end: f64,
-    /// Nothing bounds how much it bends.
+    /// It may bend strongly ([`Stretch::is_wide`](linkwork_runtime::Stretch::is_wide)).
     pub wide: bool,
 }
 
@@ -210,7 +210,7 @@ impl Statistics {
         inside: &mut Inside<'_>,
     ) {
         let width = p.to - p.from;
-        // The error of Simpson's rule is about the square of that of the straight line, a twentieth of it.
+        // The relative error of Simpson's rule is about a twentieth of the squared relative error of the trapezoidal rule.
         let straight = 0.5 * (p.start + p.end);
         let off = (p.simpson() - straight).abs() / scale;
         let flat = 0.05 * off * off <= ACCURACY;
@@ -254,12 +254,12 @@ impl Statistics {
         }
     }
 
-    /// NaN of nothing.
+    /// Returns the mean; NaN without a value.
     pub fn mean(&self) -> f64 {
         if self.time > 0.0 { self.first + self.sum / self.time } else { self.last }
     }
 
-    /// NaN of nothing.
+    /// Returns the variance; NaN without a value.
     pub fn variance(&self) -> f64 {
         if self.time > 0.0 {
             let mean = self.sum / self.time;
@@ -357,7 +357,8 @@ fn vertex(a: (f64, f64), m: (f64, f64), b: (f64, f64), sign: f64) -> Option<f64>
     Some(m.0 - slope / (2.0 * curve))
 }
 
-/// Where in a stretch a number changes its sign, from the values at its ends: the first part at which it has that of the end. `inside` gives it at a part.
+/// Returns the part of a stretch at which a number changes its sign, given its values at both ends; it has the sign of the end there.
+/// `inside` returns the number at a part.
 pub(super) fn crossing(start: f64, end: f64, inside: &mut Inside<'_>) -> f64 {
     let (mut low, mut high) = ((0.0, start), (1.0, end));
     let side = |y: f64| y > 0.0;

@@ -7,7 +7,7 @@
 //! end         the values right before the instant at which it ends: sampled parts have not been updated there yet
 //! inside      the dense output of the step; up to an event a step that ends at the place asked for
 //! ```
-//! What an observer sees changes nothing: the signals are those of before when it returns.
+//! Observing a run does not change it: the signals are restored before `observe_step` returns.
 use super::evaluate;
 use super::integrate::Purpose;
 use super::{Simulation, State};
@@ -17,10 +17,10 @@ use std::any::Any;
 
 /// Takes values of chosen variables over time ([`Simulation::observe`]).
 pub trait Observer: Any + Send {
-    /// The values at an instant, after its work: once for a row, and again where a run goes on after a change. A variable
-    /// that the phase does not have is NaN.
+    /// Takes the values at an instant, after its work: once for a row, and again when a run continues after a change. A variable
+    /// that does not exist in the phase is NaN.
     fn instant(&mut self, t: f64, values: &[f64]);
-    /// The values over a stretch of time without a jump.
+    /// Takes the values over a stretch of time without a jump.
     fn stretch(&mut self, over: &mut Stretch<'_>);
 }
 
@@ -44,7 +44,7 @@ struct Columns {
     ops: Vec<u32>,
 }
 
-/// What is observed in a run, and by whom.
+/// The observer of a run, its columns in each phase, and the values that it is given.
 pub(super) struct Observed {
     phases: Vec<Columns>,
     observer: Box<dyn Observer>,
@@ -72,11 +72,11 @@ pub struct Stretch<'a> {
     purpose: Purpose,
 }
 
-/// The end of a stretch is looked at so much before its end, as a part of its length: what jumps there belongs to what
-/// follows.
+/// The values at the end of a stretch are taken this part of its length earlier, because a jump at its end belongs to the
+/// next stretch.
 const BEFORE: f64 = 1e-9;
 
-/// Whether the start of a step is kept where parts advance by a method of their own, so that there are values between.
+/// Returns whether the start of a step is kept where parts have their own stepping method, so that values inside it are known.
 pub(super) fn keeps_start(plan: &Plan) -> bool {
     !plan.guards.is_empty() || plan.integration.control.is_some()
 }
@@ -118,42 +118,42 @@ impl Columns {
 }
 
 impl Stretch<'_> {
-    /// When it begins (s).
+    /// Returns the instant at which it begins (s).
     pub fn begin(&self) -> f64 {
         self.sim.time()
     }
 
-    /// How long it lasts (s).
+    /// Returns its length (s).
     pub fn length(&self) -> f64 {
         self.length
     }
 
-    /// The values right after its begin.
+    /// Returns the values right after its begin.
     pub fn start(&self) -> &[f64] {
         self.start
     }
 
-    /// The values right before its end.
+    /// Returns the values right before its end.
     pub fn end(&self) -> &[f64] {
         self.end
     }
 
-    /// Whether a variable keeps its value from begin to end.
+    /// Returns whether a variable keeps its value from begin to end.
     pub fn is_held(&self, column: usize) -> bool {
         matches!(self.columns.lanes[column], Lane::Held(_) | Lane::Absent)
     }
 
-    /// Whether nothing bounds how much a variable bends in it: the step is as long as an error estimate allows, or nothing is integrated at all.
+    /// Returns whether a variable may bend strongly within it: the step size is adaptive, or the plan integrates no state.
     pub fn is_wide(&self) -> bool {
         self.plan.integration.control.is_some() || self.plan.derivs.is_empty()
     }
 
-    /// Whether values inside it are known: not where a part advances by a method of its own, from row to row.
+    /// Returns whether values inside it are known. They are not where a part has its own stepping method, from row to row.
     pub fn is_dense(&self) -> bool {
         self.plan.steps.is_empty() || keeps_start(self.plan)
     }
 
-    /// The values at this part of it (0: begin, 1: end); `None` where they are not known.
+    /// Returns the values at this part of it (0: begin, 1: end); `None` where they are not known.
     pub fn at(&mut self, part: f64) -> Option<&[f64]> {
         if !self.is_dense() {
             return None;
@@ -170,7 +170,7 @@ impl Stretch<'_> {
         done.then_some(&self.inner[..])
     }
 
-    /// Evaluates what the columns follow from.
+    /// Evaluates the operations of the columns; returns false when one of them fails.
     fn evaluate(&mut self, t: f64, x: &[f64]) -> bool {
         if self.columns.ops.is_empty() {
             return true;
@@ -191,8 +191,8 @@ impl Stretch<'_> {
 }
 
 impl Simulation {
-    /// Hands the values of these variables over time to an observer, from the present instant on. There is one observer;
-    /// another takes its place. Copies of the simulation have none.
+    /// Passes the values of these variables over time to an observer, from the present instant on. A simulation has one
+    /// observer; a second replaces the first. Forks have none.
     pub fn observe(&mut self, places: &[Place], observer: Box<dyn Observer>) {
         let phases = self.program.phases.iter().zip(&self.program.channels);
         let phases = phases.map(|(phase, channels)| {
@@ -215,19 +215,19 @@ impl Simulation {
         }));
     }
 
-    /// The observer, when it is of this type.
+    /// Returns the observer, when it has this type.
     pub fn observer<O: Observer>(&self) -> Option<&O> {
         let observer: &dyn Any = &*self.observed.as_ref()?.observer;
         observer.downcast_ref()
     }
 
-    /// The same, to be changed.
+    /// Returns the observer for changes, when it has this type.
     pub fn observer_mut<O: Observer>(&mut self) -> Option<&mut O> {
         let observer: &mut dyn Any = &mut *self.observed.as_mut()?.observer;
         observer.downcast_mut()
     }
 
-    /// The observer sees the present instant.
+    /// Passes the present instant to the observer.
     pub fn observe_now(&mut self) {
         let t = self.time();
         if let Some(observed) = &mut self.observed {
@@ -237,7 +237,7 @@ impl Simulation {
         }
     }
 
-    /// At the begin of a stretch: the signals are those of this instant.
+    /// Takes the values at the begin of a stretch from the signals, which belong to this instant.
     #[inline]
     pub(super) fn observe_start(&mut self) {
         if let Some(observed) = &mut self.observed {
@@ -270,7 +270,7 @@ impl Simulation {
                 length,
                 purpose,
             };
-            // What advances by itself is at the row already.
+            // Parts that advance by themselves are at the row already.
             let whole = event.is_none() && (last || plan.steps.is_empty());
             if over.to_end(whole) {
                 end.copy_from_slice(over.inner);
@@ -283,7 +283,7 @@ impl Simulation {
         if *disturbed {
             self.state.sig.copy_from_slice(signals);
         }
-        // What follows without a row or an event between begins where this ended.
+        // The next stretch begins here when there is no row or event between the two.
         std::mem::swap(start, end);
         self.observed = Some(observed);
     }
