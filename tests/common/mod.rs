@@ -1,7 +1,7 @@
 //! The rover of `sims/rover_traverse`, and small scenes with it, loaded as the command line does; files of the
 //! reference data, and what flights are compared by.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
-use linkwork_assembly::{Failure, Loaded, Options, load_file, load_text, put_down};
+use linkwork_assembly::{Failure, Loaded, Options, Settings, load_file, load_text, put_down};
 use linkwork_runner::{Ended, Figures, Goal, Pause, Runner, Watch, prepare};
 use linkwork_runtime::{Catalogue, Entry, Files, Program, Seconds, Simulation};
 use linkwork_spatial::nalgebra::Quaternion;
@@ -38,13 +38,11 @@ pub fn repository(path: &str, set: &[&str]) -> Result<Simulation, String> {
     Ok(Simulation::of(Arc::new(program)))
 }
 
-/// Figures, taken at each tick.
-struct Figured(Figures);
+/// Nobody watches.
+struct Unwatched;
 
-impl Watch for Figured {
-    fn tick(&mut self, sim: &Simulation) {
-        self.0.sample(sim);
-    }
+impl Watch for Unwatched {
+    fn tick(&mut self, _: &Simulation) {}
 }
 
 /// What a simulation of the repository says of itself at its end: its figures, in their units.
@@ -66,6 +64,17 @@ pub fn figures_of(text: &str) -> Result<BTreeMap<String, f64>, String> {
     figured(load_text("scene.ron", text, &options(&catalogue, &[])), &catalogue)
 }
 
+/// A program from a text, and what else the text says.
+///
+/// # Errors
+/// What it does not permit.
+pub fn program_of(text: &str) -> Result<(Program, Settings), String> {
+    let catalogue = catalogue();
+    let loaded = load_text("scene.ron", text, &options(&catalogue, &[]));
+    let settings = loaded.as_ref().map(|l| l.simulation.clone()).ok();
+    Ok((finish(loaded, &catalogue)?, settings.ok_or("no settings")?))
+}
+
 fn figured(
     loaded: Result<Loaded, Failure>,
     catalogue: &Catalogue,
@@ -76,12 +85,14 @@ fn figured(
     let prepared = prepare(&program.phases[0].plan, &settings).map_err(|f| format!("{f:?}"))?;
     let mut goal = Goal { until: settings.until, steps: None, stop_when: prepared.stop_when };
     let sim = Simulation::of(Arc::new(program));
-    let mut runner = Runner::new(sim, Figured(prepared.figures));
+    let mut runner = Runner::new(sim, Unwatched);
+    runner.figure(prepared.figures, None)?;
     match runner.go(&mut goal, u64::MAX) {
         Pause::Ended(Ended::Goal | Ended::StopWhen) => {}
         other => return Err(format!("{other:?}")),
     }
-    Ok(runner.watch.0.results().map(|(name, value, _)| (name.to_string(), value)).collect())
+    let results = runner.figures().into_iter().flat_map(Figures::results);
+    Ok(results.map(|(name, value, _)| (name.to_string(), value)).collect())
 }
 
 /// `sims/rover_traverse` with parameters set from outside, at its start.

@@ -5,7 +5,8 @@
 //! crc32 {"run":4,"ended":"until",…}                  a run, in the order in which they ended
 //! ```
 //! Lines are only added. A process that is killed leaves a last line without an end, which is cut when the campaign
-//! goes on; a line that was changed is an error. Numbers are written as texts that read back to the same bits.
+//! continues. A damaged line stays in the file and is reported; its run is made again. A journal without a readable head is
+//! rejected, because only the head names its campaign. Numbers are written as texts that read back to the same bits.
 use crate::outcome::Outcome;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -88,6 +89,8 @@ pub struct Journal {
     synced: Instant,
     /// Runs that ended, by number.
     pub outcomes: BTreeMap<u64, Outcome>,
+    /// Lines that cannot be used: number (from 1), and why.
+    pub damaged: Vec<(usize, String)>,
 }
 
 /// The wall clock decides when lines are brought to the disk, and nothing in them.
@@ -123,10 +126,11 @@ impl Journal {
         };
         // What comes after the last end of a line was never whole.
         let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
-        let outcomes = read(&bytes[..whole], &head, path)?;
+        let (outcomes, damaged) = read(&bytes[..whole], &head, path)?;
         file.set_len(whole as u64).map_err(io)?;
         file.seek(SeekFrom::Start(whole as u64)).map_err(io)?;
-        let mut journal = Journal { path: path.into(), file, synced: now(), outcomes };
+        let synced = now();
+        let mut journal = Journal { path: path.into(), file, synced, outcomes, damaged };
         if whole == 0 {
             journal.line(&head)?;
             journal.sync()?;
@@ -168,9 +172,13 @@ impl Journal {
     }
 }
 
+/// Runs by number, and the lines that cannot be used.
+type Lines = (BTreeMap<u64, Outcome>, Vec<(usize, String)>);
+
 /// All whole lines.
-fn read(bytes: &[u8], head: &Head, path: &Path) -> Result<BTreeMap<u64, Outcome>, JournalError> {
-    let mut outcomes = BTreeMap::new();
+fn read(bytes: &[u8], head: &Head, path: &Path) -> Result<Lines, JournalError> {
+    let mut outcomes: BTreeMap<u64, Outcome> = BTreeMap::new();
+    let mut damaged = Vec::new();
     for (k, line) in bytes.split(|b| *b == b'\n').enumerate() {
         if line.is_empty() && k > 0 {
             // After the last line.
@@ -179,25 +187,33 @@ fn read(bytes: &[u8], head: &Head, path: &Path) -> Result<BTreeMap<u64, Outcome>
         if bytes.is_empty() {
             break;
         }
-        let damaged = |why: String| JournalError::Damaged { path: path.into(), line: k + 1, why };
-        let text = checked(line).ok_or_else(|| damaged("the checksum does not fit".into()))?;
+        let text = checked(line).ok_or_else(|| "the checksum does not fit".to_string());
         if k == 0 {
-            let found: Head = serde_json::from_str(text).map_err(|e| damaged(e.to_string()))?;
+            let found =
+                text.and_then(|t| serde_json::from_str::<Head>(t).map_err(|e| e.to_string()));
+            let found =
+                found.map_err(|why| JournalError::Damaged { path: path.into(), line: 1, why })?;
             if found != *head {
                 return Err(JournalError::Other { path: path.into() });
             }
             continue;
         }
-        let outcome: Outcome = serde_json::from_str(text).map_err(|e| damaged(e.to_string()))?;
-        let run = outcome.run;
-        if run >= head.runs {
-            return Err(damaged(format!("there is no run {run}")));
-        }
-        if outcomes.insert(run, outcome).is_some() {
-            return Err(damaged(format!("run {run} is there twice")));
+        let read = text.and_then(|t| serde_json::from_str::<Outcome>(t).map_err(|e| e.to_string()));
+        let read = read.and_then(|outcome| match outcomes.get(&outcome.run) {
+            _ if outcome.run >= head.runs => Err(format!("there is no run {}", outcome.run)),
+            Some(was) if was.hash != outcome.hash => {
+                Err(format!("run {} ended before with another state", outcome.run))
+            }
+            _ => Ok(outcome),
+        });
+        match read {
+            Ok(outcome) => {
+                outcomes.insert(outcome.run, outcome);
+            }
+            Err(why) => damaged.push((k + 1, why)),
         }
     }
-    Ok(outcomes)
+    Ok((outcomes, damaged))
 }
 
 /// The text of a line whose checksum fits.
@@ -267,8 +283,9 @@ mod tests {
         }
     }
 
+    /// A flipped bit costs the run of its line, or of the two lines that it joins, and no other.
     #[test]
-    fn a_flipped_bit_anywhere_is_noticed() {
+    fn a_flipped_bit_anywhere_costs_one_run() {
         let (_folder, path) = journal();
         let bytes = std::fs::read(&path).unwrap();
         let head = Head {
@@ -276,19 +293,51 @@ mod tests {
             runs: 100,
             linkwork: env!("CARGO_PKG_VERSION").into(),
         };
-        assert_eq!(read(&bytes, &head, &path).unwrap().len(), 3);
+        let lines = |at: usize| bytes[..at].iter().filter(|b| **b == b'\n').count();
+        let runs = [4, 0, 9];
+        let (whole, none) = read(&bytes, &head, &path).unwrap();
+        assert!(whole.keys().eq([&0, &4, &9]) && none.is_empty());
         for at in 0..bytes.len() {
             for bit in 0..8 {
                 let mut wrong = bytes.clone();
                 wrong[at] ^= 1 << bit;
                 let whole = wrong.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
-                match read(&wrong[..whole], &head, &path) {
-                    // The end of the last line is gone: the line was never whole, and is run again.
-                    Ok(o) => assert!(at == bytes.len() - 1 && o.len() == 2, "byte {at} bit {bit}"),
-                    Err(e) => assert!(matches!(e, JournalError::Damaged { .. }), "{e}"),
+                match (read(&wrong[..whole], &head, &path), lines(at)) {
+                    (Err(e), 0) => {
+                        assert!(matches!(e, JournalError::Damaged { line: 1, .. }), "{e}")
+                    }
+                    (Ok((found, damaged)), line) if line > 0 => {
+                        let joined = if bytes[at] == b'\n' { line + 1 } else { line };
+                        let lost = |k: &usize| line <= k + 1 && k + 1 <= joined;
+                        let mut left: Vec<u64> =
+                            (0..3).filter(|k| !lost(k)).map(|k| runs[k]).collect();
+                        left.sort_unstable();
+                        assert!(found.keys().copied().eq(left), "byte {at} bit {bit}");
+                        // The end of the last line is gone: that line was never whole.
+                        assert!(
+                            at + 1 == bytes.len() || !damaged.is_empty(),
+                            "byte {at} bit {bit}"
+                        );
+                        found.iter().for_each(|(run, o)| {
+                            assert_eq!(bits(o), bits(&outcome(*run, 1.0 / 3.0 + *run as f64)));
+                        });
+                    }
+                    (other, line) => panic!("byte {at} bit {bit} of line {line}: {other:?}"),
                 }
             }
         }
+        // The run is made again, and the line stays.
+        let mut wrong = bytes.clone();
+        let second = bytes.iter().position(|b| *b == b'\n').unwrap() + 30;
+        wrong[second] ^= 1;
+        std::fs::write(&path, &wrong).unwrap();
+        let mut j = Journal::open(&path, 7, 100).unwrap();
+        assert_eq!(j.damaged, [(2, "the checksum does not fit".to_string())]);
+        assert!(j.outcomes.keys().eq([&0, &9]));
+        j.add(outcome(4, 1.0 / 3.0 + 4.0)).unwrap();
+        drop(j);
+        let j = Journal::open(&path, 7, 100).unwrap();
+        assert!(j.outcomes.keys().eq([&0, &4, &9]) && j.damaged.len() == 1);
     }
 
     #[test]

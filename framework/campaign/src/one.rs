@@ -9,11 +9,8 @@ use crate::folder::failures;
 use crate::histories::History;
 use crate::outcome::{Cause, Outcome};
 use linkwork_assembly::Resolved;
-use linkwork_runner::{
-    Ended, Figures, Goal, Library, Pause, Prepared, Runner, Saves, Stop, Watch, prepare,
-};
+use linkwork_runner::{Ended, Goal, Library, Pause, Prepared, Runner, Saves, Stop, Watch, prepare};
 use linkwork_runtime::{Fault, Origin, Rule, Seconds, Simulation};
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -179,7 +176,9 @@ impl Under<'_> {
         outcome.seed = sim.plan().seed;
         outcome.time = sim.time();
         outcome.hash = sim.hash();
-        outcome.figures = self.set.runner.watch.figures.results().map(|(_, y, _)| y).collect();
+        let figures = self.set.runner.figures();
+        outcome.figures =
+            figures.map_or_else(Vec::new, |f| f.results().map(|(_, y, _)| y).collect());
         outcome.wall = self.begin.elapsed().as_secs_f64();
         Ok(Some(outcome.clone()))
     }
@@ -204,22 +203,16 @@ impl Under<'_> {
     }
 }
 
-/// The figures of a run, taken at every tick, and what it keeps of its way.
+/// The history of a run, sampled at every tick.
 pub struct Watched {
-    figures: Figures,
     history: Option<History>,
 }
 
 impl Watch for Watched {
     fn tick(&mut self, sim: &Simulation) {
-        self.figures.sample(sim);
         if let Some(history) = &mut self.history {
             history.sample(sim);
         }
-    }
-    fn carry(&self, extra: &mut BTreeMap<String, Vec<u8>>) -> Result<(), String> {
-        extra.insert("figures".into(), self.figures.save()?);
-        Ok(())
     }
 }
 
@@ -269,7 +262,9 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
     let (until, limited) = end(settings.until, campaign.until());
     let sim = Simulation::of(Arc::new(ready.program));
     let goal = Goal { until, steps: None, stop_when };
-    let runner = Runner::new(sim, Watched { figures, history });
+    let mut runner = Runner::new(sim, Watched { history });
+    // Without a checkpoint there is nothing to restore, and nothing to fail.
+    let _ = runner.figure(figures, None);
     Ok(Set { runner, goal, groups, configuration: ready.loaded.resolved, limited })
 }
 

@@ -73,16 +73,17 @@ fn requirements(out: &mut String, results: &Results) {
     if results.missed.is_empty() {
         return;
     }
-    let (kept, [from, to]) = results.success();
+    let (kept, interval) = results.success();
+    let interval = interval.map_or_else(String::new, |[from, to]| {
+        format!(", with 95 % confidence {:.2} to {:.2} %", 100.0 * from, 100.0 * to)
+    });
     let _ = write!(
         out,
-        "<h2>What is required</h2>\n<p>{} of {} runs kept all of it: {:.2} %, with 95 % confidence {:.2} to {:.2} %. A run may miss by several causes; <i>alone</i>: by this one only.</p>\n<table><tr><th>cause</th><th>required</th><th>runs</th>\
+        "<h2>What is required</h2>\n<p>{} of {} runs kept all of it: {:.2} %{interval}. A run may miss by several causes; <i>alone</i>: by this one only.</p>\n<table><tr><th>cause</th><th>required</th><th>runs</th>\
          <th>share</th><th>alone</th><th>which</th></tr>",
         results.kept,
         results.done(),
-        100.0 * kept,
-        100.0 * from,
-        100.0 * to
+        100.0 * kept
     );
     for m in &results.missed {
         let share = 100.0 * results.share(m);
@@ -131,7 +132,7 @@ fn statistics(out: &mut String, results: &Results) {
             escaped(unit),
             s.n,
             short(s.mean),
-            short(s.error),
+            if s.error.is_nan() { "n/a".into() } else { short(s.error) },
             short(s.deviation)
         );
         for p in s.percentiles {
@@ -140,6 +141,14 @@ fn statistics(out: &mut String, results: &Results) {
         out.push_str("</tr>");
     }
     out.push_str("</table>\n");
+    if results.sampling != Sampling::Random {
+        let _ = writeln!(
+            out,
+            "<p>The runs of {} are not independent: how far a mean is from the truth cannot be told from one campaign. Repeat \
+             it with other seeds: the deviation of the means is the error of one of them.</p>",
+            results.sampling.words()
+        );
+    }
 }
 
 /// For each figure: how it is spread, what it hangs on, and the value that it hangs on most.

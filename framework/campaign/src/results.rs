@@ -13,6 +13,7 @@ use crate::campaign::{Aim, Campaign};
 use crate::histories::{Band, bands, table};
 use crate::journal::Journal;
 use crate::outcome::{Cause, Outcome};
+use crate::sampling::Sampling;
 use crate::statistics::{Summary, rank_correlation, share};
 use linkwork_record::{Cells, Durable, ParquetFile, replace, titled};
 use linkwork_runtime::Value;
@@ -108,6 +109,8 @@ pub struct Results {
     pub failures: Vec<(String, Vec<u64>)>,
     /// How many runs ended in which way.
     pub causes: Vec<(Cause, usize)>,
+    /// How the runs were sampled.
+    pub sampling: Sampling,
 }
 
 impl Results {
@@ -171,8 +174,11 @@ impl Results {
                 Column::Number(outcomes.iter().map(|o| one(o)).collect()),
             ));
         }
-        let summaries =
-            figures.iter().map(|(_, _, y): &(String, String, Vec<f64>)| Summary::of(y)).collect();
+        let how = campaign.form().sampling;
+        let summaries = figures
+            .iter()
+            .map(|(_, _, y): &(String, String, Vec<f64>)| Summary::of(y, how))
+            .collect();
         let sensitivity = figures
             .iter()
             .map(|(_, _, y)| drawn.iter().map(|(_, x)| rank_correlation(x, y)).collect())
@@ -199,6 +205,7 @@ impl Results {
             kept,
             failures,
             causes,
+            sampling: how,
         }
     }
 
@@ -262,9 +269,10 @@ impl Results {
     }
 
     /// Share of all runs so far that ended in order and kept all that is required: the share, and from where to where it is with 95 %
-    /// confidence (Wilson's interval).
-    pub fn success(&self) -> (f64, [f64; 2]) {
-        share(self.kept, self.done())
+    /// confidence (Wilson's interval), where the runs are independent.
+    pub fn success(&self) -> (f64, Option<[f64; 2]>) {
+        let (share, interval) = share(self.kept, self.done());
+        (share, (self.sampling == Sampling::Random).then_some(interval))
     }
 
     /// Runs that ended.
@@ -399,12 +407,17 @@ fn counted(outcomes: &[&Outcome]) -> (Vec<(String, Vec<u64>)>, Vec<(Cause, usize
 }
 
 impl Table {
-    /// As CSV (RFC 4180 with `\n`), numbers with all their digits.
+    /// As CSV (RFC 4180 with `\n`), numbers with all their digits. A text that a spreadsheet would take for a formula has an
+    /// apostrophe before it.
     pub fn csv(&self) -> Vec<u8> {
         let mut out = String::new();
-        let quoted = |t: &str| match t.contains([',', '"', '\n', '\r']) {
-            true => format!("\"{}\"", t.replace('"', "\"\"")),
-            false => t.to_string(),
+        let quoted = |t: &str| {
+            let formula = t.starts_with(['=', '+', '-', '@', '\t', '\r']);
+            let t = if formula { format!("'{t}") } else { t.to_string() };
+            match t.contains([',', '"', '\n', '\r']) {
+                true => format!("\"{}\"", t.replace('"', "\"\"")),
+                false => t,
+            }
         };
         let heads: Vec<String> = self.columns.iter().map(|c| quoted(&c.0)).collect();
         out.push_str(&heads.join(","));
@@ -456,6 +469,20 @@ mod tests {
     fn csv_quotes_what_must_be_quoted_and_keeps_all_digits() {
         let text = String::from_utf8(table().csv()).unwrap();
         let wanted = "run,y [m],why\n0,0.3333333333333333,\"a, \"\"b\"\"\"\n1,NaN,\n1099511627776,-0.0,\"é\nf\"\n";
+        assert_eq!(text, wanted);
+    }
+
+    /// The inputs of OWASP's page on CSV injection.
+    #[test]
+    fn texts_are_no_formulas_and_numbers_stay_numbers() {
+        let texts = ["=1+1", "+1", "-2+3", "@SUM(A1)", "\t=1", "\r=1", "a=b"].map(String::from);
+        let numbers = vec![-1.5; texts.len()];
+        let columns = vec![
+            ("=x".to_string(), Column::Text(texts.to_vec())),
+            ("y".to_string(), Column::Number(numbers)),
+        ];
+        let text = String::from_utf8(Table { columns }.csv()).unwrap();
+        let wanted = "'=x,y\n'=1+1,-1.5\n'+1,-1.5\n'-2+3,-1.5\n'@SUM(A1),-1.5\n'\t=1,-1.5\n\"'\r=1\",-1.5\na=b,-1.5\n";
         assert_eq!(text, wanted);
     }
 

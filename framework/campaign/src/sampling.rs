@@ -20,6 +20,17 @@ pub enum Sampling {
     Sobol,
 }
 
+impl Sampling {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Sampling::Random => "random sampling",
+            Sampling::LatinHypercube => "a Latin hypercube",
+            Sampling::Sobol => "a Sobol sequence",
+        }
+    }
+}
+
 /// Runs that the Sobol sequence has.
 pub const SOBOL_RUNS: u64 = 1 << 16;
 

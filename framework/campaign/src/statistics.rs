@@ -7,7 +7,13 @@
 //! share      p = k/n, and Wilson's interval (1927): (p + z²/2n ± z √(p (1 − p)/n + z²/4n²))/(1 + z²/n), z = 1.959964 for 95 %
 //! ellipse    of k deviations: centre m, half axes k √λ along the eigenvectors of the covariance
 //! ```
+//! The error of the mean and Wilson's interval assume independent runs. The runs of a Latin hypercube or a Sobol sequence depend on
+//! each other, and their means usually have much smaller errors than s/√n. One campaign does not show how much smaller: that takes
+//! repetitions with other seeds. Therefore `Summary::error` is NaN for them.
+//!
 //! A value that is NaN (a figure of a phase that never came) is left out, and `n` says so.
+
+use crate::sampling::Sampling;
 
 /// One figure over all runs.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +24,7 @@ pub struct Summary {
     pub mean: f64,
     /// Standard deviation of the runs; NaN for fewer than two.
     pub deviation: f64,
-    /// Standard error of the mean.
+    /// Standard error of the mean; NaN where runs do not depend on chance alone.
     pub error: f64,
     /// Least, 1 %, 5 %, 25 %, 50 %, 75 %, 95 %, 99 %, largest.
     pub percentiles: [f64; 9],
@@ -28,15 +34,19 @@ pub struct Summary {
 pub const PERCENTILES: [f64; 9] = [0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0];
 
 impl Summary {
-    /// Of these values. Cost: n log n.
-    pub fn of(values: &[f64]) -> Summary {
+    /// Summarizes the values of runs that were sampled by `how`. Cost: n log n.
+    pub fn of(values: &[f64], how: Sampling) -> Summary {
         let mut y: Vec<f64> = values.iter().copied().filter(|y| !y.is_nan()).collect();
         y.sort_by(f64::total_cmp);
         let n = y.len();
         let mean = mean(&y);
         let deviation = covariance(&y, &y).sqrt();
         let percentiles = PERCENTILES.map(|p| percentile(&y, p));
-        Summary { n, mean, deviation, error: deviation / (n as f64).sqrt(), percentiles }
+        let error = match how {
+            Sampling::Random => deviation / (n as f64).sqrt(),
+            Sampling::LatinHypercube | Sampling::Sobol => f64::NAN,
+        };
+        Summary { n, mean, deviation, error, percentiles }
     }
 }
 
@@ -143,7 +153,7 @@ mod tests {
 
     #[test]
     fn a_summary_by_hand() {
-        let s = Summary::of(&[4.0, f64::NAN, 1.0, 3.0, 2.0]);
+        let s = Summary::of(&[4.0, f64::NAN, 1.0, 3.0, 2.0], Sampling::Random);
         assert_eq!((s.n, s.mean), (4, 2.5));
         near(s.deviation, (5.0f64 / 3.0).sqrt(), 1e-15);
         near(s.error, (5.0f64 / 12.0).sqrt(), 1e-15);
@@ -153,7 +163,12 @@ mod tests {
         {
             near(a, b, 1e-14);
         }
-        assert!(Summary::of(&[]).mean.is_nan() && Summary::of(&[1.0]).deviation.is_nan());
+        let of = |y: &[f64]| Summary::of(y, Sampling::Random);
+        assert!(of(&[]).mean.is_nan() && of(&[1.0]).deviation.is_nan());
+        for how in [Sampling::LatinHypercube, Sampling::Sobol] {
+            let other = Summary::of(&[4.0, f64::NAN, 1.0, 3.0, 2.0], how);
+            assert!(other.error.is_nan() && other.deviation == s.deviation, "{how:?}");
+        }
     }
 
     #[test]

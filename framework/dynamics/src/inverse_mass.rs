@@ -12,7 +12,7 @@ use crate::columns::{blocks, load, store};
 use crate::error::DynamicsError;
 use crate::kinematics::check;
 use crate::lane::Lane;
-use crate::linear::V6;
+use crate::linear::{V3, V6};
 use crate::tree::Tree;
 use crate::work::{Work, Workspace};
 
@@ -51,6 +51,72 @@ pub fn apply_inverse_mass(
     factor(tree, &mut ws.work)?;
     solve(tree, &mut ws.work, x);
     Ok(())
+}
+
+/// The diagonal of M⁻¹ (nv), as [`inverse_mass_matrix`] defines it, in O(nv) for rigid bodies: what each free coordinate accelerates by for
+/// a unit force on it.
+///
+/// ```text
+/// (M⁻¹)ᵢᵢ = Dᵢ⁻¹ + Gᵢ* Υₚ Gᵢ,    Υᵢ = (1 − Sᵢ Gᵢ*) Υₚ (1 − Gᵢ Sᵢ*) + Sᵢ Dᵢ⁻¹ Sᵢ*,    p: the dof inboard of i
+/// ```
+///
+/// # Errors
+/// [`DynamicsError::Singular`] if a free subhinge has nothing to move.
+pub fn inverse_mass_diagonal(
+    tree: &Tree,
+    ws: &mut Workspace,
+    out: &mut [f64],
+) -> Result<(), DynamicsError> {
+    check(out.len(), tree.nv(), "diagonal of the inverse mass matrix");
+    if tree.is_flexible() {
+        let mut unit = vec![0.0; tree.nv()];
+        for (i, diagonal) in out.iter_mut().enumerate() {
+            unit.fill(0.0);
+            unit[i] = 1.0;
+            crate::flexible::apply_inverse_mass(tree, ws, &mut unit)?;
+            *diagonal = unit[i];
+        }
+        return Ok(());
+    }
+    let w = &mut ws.work;
+    factor(tree, w)?;
+    // Υ of each link, as the motion that six unit wrenches give it; the roots do not move.
+    let mut of_links: Vec<[V6<f64>; 6]> = vec![[V6::default(); 6]; tree.links.len() + 1];
+    for (k, link) in tree.links.iter().enumerate() {
+        let mut columns = of_links[link.parent as usize];
+        let first = link.v as usize;
+        for i in first..first + link.kind.nv() {
+            let ((S, G), D_inv) = (w.sweeps[i], w.D_inv[i]);
+            // Υ G, of which Υ is symmetric.
+            let along = columns.map(|c| c.n.dot(G.n) + c.f.dot(G.f));
+            let compliance = sum(along.iter().zip(numbers(G)).map(|(a, g)| a * g)) + D_inv;
+            out[i] = if D_inv == 0.0 { 0.0 } else { compliance };
+            // Υ − S (Υ G)* − (Υ G) S* + S (G* Υ G + D⁻¹) S*
+            let (s, moved) = (numbers(S), vector(along));
+            for ((column, s), a) in columns.iter_mut().zip(s).zip(along) {
+                let by = compliance * s - a;
+                *column = V6 {
+                    n: S.n.scale_add(by, column.n) - moved.n.scale(s),
+                    f: S.f.scale_add(by, column.f) - moved.f.scale(s),
+                };
+            }
+        }
+        of_links[k + 1] = columns;
+    }
+    Ok(())
+}
+
+fn sum(terms: impl Iterator<Item = f64>) -> f64 {
+    terms.fold(0.0, |sum, term| sum + term)
+}
+
+/// The six numbers of a spatial vector.
+fn numbers(v: V6<f64>) -> [f64; 6] {
+    [v.n.x, v.n.y, v.n.z, v.f.x, v.f.y, v.f.z]
+}
+
+fn vector(x: [f64; 6]) -> V6<f64> {
+    V6 { n: V3::new(x[0], x[1], x[2]), f: V3::new(x[3], x[4], x[5]) }
 }
 
 pub(crate) fn matrix<L: Lane>(

@@ -87,7 +87,7 @@ pub use forward_derivatives::ForwardDerivatives;
 pub use frames::{FrameId, Frames, FramesError};
 pub use inverse::{inverse_dynamics, inverse_dynamics_given_kinematics};
 pub use inverse_kinematics::{Goal, InverseKinematics, InverseKinematicsError, RateTarget, Target};
-pub use inverse_mass::{apply_inverse_mass, inverse_mass_matrix};
+pub use inverse_mass::{apply_inverse_mass, inverse_mass_diagonal, inverse_mass_matrix};
 pub use jacobian::{
     body_jacobian, node_jacobian, node_jacobian_at, node_jacobian_product, node_jacobian_rate,
     node_jacobian_transpose_product,

@@ -153,6 +153,9 @@ fn forward_dynamics_by_differences() {
         near(&rows(n, &dq), &by_q, scale, &format!("seed {seed}, q"));
         near(&rows(n, &dv), &by_v, scale, &format!("seed {seed}, v"));
         assert_eq!(dt, X, "seed {seed}: by forces it is the inverse mass matrix");
+        let (mut diagonal, own) = (vec![0.0; n], (0..n).map(|i| X[i * n + i]).collect::<Vec<_>>());
+        inverse_mass_diagonal(&c.tree, &mut ws, &mut diagonal).unwrap();
+        close(&diagonal, &own, 1e-11, &format!("seed {seed}, the diagonal"));
     }
 }
 

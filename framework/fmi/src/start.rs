@@ -211,6 +211,7 @@ fn quantity(v: &FmiVariable, text: &str) -> Result<f64, Refusal> {
     let given = Measure::parse(unit)
         .map_err(|e| Refusal::new(format!("variable `{name}`: {e}")).help("write another unit"))?;
     match measure.and_then(|u| u.base) {
+        Some((exponents, ..)) if exponents == given.exponents && v.relative => Ok(given.scale * x),
         Some((exponents, ..)) if exponents == given.exponents => Ok(given.to_si(x)),
         Some(_) => Err(Refusal::new(format!(
             "variable `{name}` is in {}, and `{text}` is not",

@@ -45,6 +45,14 @@ pub enum FaultKind {
         /// The limit.
         limit: usize,
     },
+    /// An element has too many attributes.
+    #[error(
+        "an element has more than {limit} attributes\n  help: no robot file has as many: take another copy of the file"
+    )]
+    TooCrowded {
+        /// The limit.
+        limit: usize,
+    },
     /// The file must go through xacro first.
     #[error(
         "`{text}` belongs to xacro, which is not run here\n  help: write the expanded file with \

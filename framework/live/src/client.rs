@@ -46,7 +46,14 @@ impl Ticket {
     /// # Errors
     /// The file cannot be read, or is none.
     pub fn read(path: &Path) -> std::io::Result<Ticket> {
-        serde_json::from_slice(&std::fs::read(path)?).map_err(std::io::Error::from)
+        use std::io::Read;
+        // A pipe would be waited for, and a ticket is short.
+        if !path.metadata()?.is_file() {
+            return Err(std::io::Error::other("it is no file"));
+        }
+        let mut bytes = Vec::new();
+        std::fs::File::open(path)?.take(1 << 16).read_to_end(&mut bytes)?;
+        serde_json::from_slice(&bytes).map_err(std::io::Error::from)
     }
 }
 

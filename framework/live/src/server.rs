@@ -10,20 +10,24 @@ use crate::protocol::{
     Ask, FrameError, LONGEST_REPLY, LONGEST_REQUEST, Reply, Request, Said, VERSION, frame,
     read_frame, write_frame,
 };
+use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{
     Receiver, Sender, SyncSender, TryRecvError, TrySendError, channel, sync_channel,
 };
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Requests and replies that wait, of one client.
 const REQUESTS: usize = 16;
 const REPLIES: usize = 64;
-/// Connections at one time, those that have not said hello yet included.
+/// Clients at one time.
 const CLIENTS: usize = 16;
+/// Maximum number of connections before their hello. A further connection closes the oldest of them, so that silent connections do not
+/// keep clients out.
+const STRANGERS: usize = 64;
 /// Bytes of the first message at most.
 const LONGEST_HELLO: usize = 1024;
 /// How long a client may take to say hello, and to take what is written to it.
@@ -216,6 +220,7 @@ impl Server {
             token: token.clone(),
             simulation: simulation.to_string(),
             open: Arc::new(AtomicUsize::new(0)),
+            strangers: Arc::default(),
             closing: closing.clone(),
             send,
         };
@@ -248,7 +253,10 @@ impl Drop for Server {
 struct Hall {
     token: String,
     simulation: String,
+    /// Clients that have said hello.
     open: Arc<AtomicUsize>,
+    /// Connections before their hello, by number, the oldest first.
+    strangers: Arc<Mutex<BTreeMap<u64, TcpStream>>>,
     closing: Arc<AtomicBool>,
     send: Sender<Guest>,
 }
@@ -264,33 +272,60 @@ impl Drop for Seat {
 
 impl Hall {
     fn accept(&self, listener: &TcpListener) {
-        for socket in listener.incoming() {
+        for (number, socket) in (0..).zip(listener.incoming()) {
             if self.closing.load(Ordering::SeqCst) {
                 return;
             }
-            let Ok(socket) = socket else {
+            let Ok((socket, own)) = socket.and_then(|s| s.try_clone().map(|own| (s, own))) else {
                 // Out of descriptors, or a connection that went at once: neither is for ever.
                 std::thread::sleep(Duration::from_millis(10));
                 continue;
             };
-            // One that comes when all places are taken is closed.
-            if self.open.fetch_add(1, Ordering::SeqCst) < CLIENTS {
-                let (seat, hall) = (Seat(self.open.clone()), self.clone());
-                let serve = move || hall.serve(&socket, &seat);
-                let _ = std::thread::Builder::new().name("live client".into()).spawn(serve);
-            } else {
-                drop(Seat(self.open.clone()));
+            let mut strangers = self.strangers();
+            while strangers.len() >= STRANGERS {
+                // Its thread ends with what it reads.
+                if let Some((_, oldest)) = strangers.pop_first() {
+                    let _ = oldest.shutdown(Shutdown::Both);
+                }
+            }
+            strangers.insert(number, own);
+            drop(strangers);
+            let hall = self.clone();
+            let serve = move || hall.serve(&socket, number);
+            if std::thread::Builder::new().name("live client".into()).spawn(serve).is_err() {
+                self.strangers().remove(&number);
             }
         }
     }
 
+    fn strangers(&self) -> MutexGuard<'_, BTreeMap<u64, TcpStream>> {
+        self.strangers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// One client, to its end. Whatever fails ends this connection and nothing else.
-    fn serve(&self, socket: &TcpStream, _seat: &Seat) {
-        if let Err(refusal) = self.hello(socket) {
+    fn serve(&self, socket: &TcpStream, number: u64) {
+        let welcome = self.hello(socket);
+        self.strangers().remove(&number);
+        let seat = Seat(self.open.clone());
+        let full = self.open.fetch_add(1, Ordering::SeqCst) >= CLIENTS;
+        let welcome = welcome.and_then(|id| match full {
+            true => Err((
+                format!("{CLIENTS} clients are connected, and there is no room for more"),
+                "close one of them".to_string(),
+            )),
+            false => Ok(id),
+        });
+        let begun = welcome.and_then(|id| {
+            let said = Said::Welcome { version: VERSION, simulation: self.simulation.clone() };
+            write_frame(&mut &*socket, &Reply { id, said }, LONGEST_REPLY)
+                .map_err(|e| (e.to_string(), "connect again".to_string()))
+        });
+        if let Err(refusal) = begun {
             let said = Said::Refused { message: refusal.0, help: refusal.1 };
             let _ = write_frame(&mut &*socket, &Reply { id: 0, said }, LONGEST_REPLY);
             return;
         }
+        let _seat = seat;
         let (send, requests) = sync_channel(REQUESTS);
         let (replies, unwritten) = replies();
         let (Ok(own), Ok(writer)) = (socket.try_clone(), socket.try_clone()) else { return };
@@ -324,8 +359,8 @@ impl Hall {
         }
     }
 
-    /// The first message: its version and its token.
-    fn hello(&self, socket: &TcpStream) -> Result<(), (String, String)> {
+    /// The first message: its version and its token. Gives its number.
+    fn hello(&self, socket: &TcpStream) -> Result<u64, (String, String)> {
         let words = |m: &str, h: &str| (m.to_string(), h.to_string());
         let io = |e: std::io::Error| (e.to_string(), "connect again".to_string());
         socket.set_nodelay(true).map_err(io)?;
@@ -344,12 +379,8 @@ impl Hall {
             let message = format!("protocol {version} is not spoken here");
             return Err((message, format!("speak protocol {VERSION}")));
         }
-        let simulation = self.simulation.clone();
-        let said = Said::Welcome { version: VERSION, simulation };
-        let welcome = Reply { id: first.id, said };
-        write_frame(&mut &*socket, &welcome, LONGEST_REPLY)
-            .map_err(|e| (e.to_string(), "connect again".to_string()))?;
-        socket.set_read_timeout(None).map_err(io)
+        socket.set_read_timeout(None).map_err(io)?;
+        Ok(first.id)
     }
 }
 

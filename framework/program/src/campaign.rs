@@ -58,6 +58,12 @@ pub fn campaign(file: &Path, options: &CampaignOptions) -> u8 {
             return exit::INPUT;
         }
     };
+    for (line, why) in &folder.journal.damaged {
+        tell!(
+            "warning: the journal `{}`, line {line}: {why}\n  help: its run is made again, and all others are kept",
+            Folder::journal_in(&out).display()
+        );
+    }
     let stop = Stop::default();
     let asked = stop.clone();
     // Fails only when a handler is already set (several campaigns in one process).
@@ -146,13 +152,14 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
         );
     }
     if !results.missed.is_empty() {
-        let (share, [from, to]) = results.success();
+        let (share, interval) = results.success();
+        let interval = interval.map_or_else(String::new, |[from, to]| {
+            format!(" ({:.1} to {:.1} % with 95 % confidence)", 100.0 * from, 100.0 * to)
+        });
         say!(
-            "  {} of {done} kept all that is required: {:.1} % ({:.1} to {:.1} % with 95 % confidence)",
+            "  {} of {done} kept all that is required: {:.1} %{interval}",
             results.kept,
-            100.0 * share,
-            100.0 * from,
-            100.0 * to
+            100.0 * share
         );
     }
     for m in results.missed.iter().filter(|m| !m.runs.is_empty()) {

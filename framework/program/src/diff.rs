@@ -2,14 +2,27 @@
 use crate::exit;
 use clap::Args;
 use linkwork_assembly::path_matches;
-use linkwork_record::{Difference, End, Rows, Series, Tolerances, compare, read_log_contents};
+use linkwork_record::{Difference, End, Rows, Series, Tolerances, compare, read_log_with_poses};
 use linkwork_runtime::Checkpoint;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-type Named = BTreeMap<String, Series>;
+/// What a file holds.
+struct Contents {
+    series: BTreeMap<String, Series>,
+    /// The configuration that made it, when it carries one.
+    configuration: String,
+    /// Stores of parts, by name.
+    stores: BTreeMap<String, Vec<u8>>,
+}
 
-fn read(path: &Path) -> Result<Named, String> {
+impl From<BTreeMap<String, Series>> for Contents {
+    fn from(series: BTreeMap<String, Series>) -> Contents {
+        Contents { series, configuration: String::new(), stores: BTreeMap::new() }
+    }
+}
+
+fn read(path: &Path) -> Result<Contents, String> {
     match path.extension().and_then(|e| e.to_str()) {
         Some("mcap") => read_whole_log(path),
         Some("lwck") => {
@@ -24,7 +37,8 @@ fn read(path: &Path) -> Result<Named, String> {
                 .and_then(|b| rmp_serde::from_slice(b).ok())
                 .unwrap_or_default();
             let pins = c.pins.iter().map(|(path, y)| (format!("pin of {path}"), one(*y)));
-            Ok(values
+            let phase = ("phase (its place in the file)".to_string(), one(c.instant.phase.into()));
+            let series = values
                 .enumerate()
                 .map(|(k, y)| {
                     let name =
@@ -35,9 +49,13 @@ fn read(path: &Path) -> Result<Named, String> {
                     (name.unwrap_or_else(|| format!("signal lane {}", k - n)), one(y))
                 })
                 .chain(pins)
-                .collect())
+                .chain([phase])
+                .collect();
+            let stores =
+                c.stores.iter().map(|(part, bytes)| (format!("store of {part}"), bytes.clone()));
+            Ok(Contents { series, stores: stores.collect(), configuration: c.configuration })
         }
-        Some("rrd") => read_recording(path),
+        Some("rrd") => Ok(read_recording(path)?.into()),
         _ => Err(format!(
             "`{}` is neither a log (.mcap), a checkpoint (.lwck) nor a recording (.rrd)\n  help: give two files of one kind",
             path.display()
@@ -47,7 +65,7 @@ fn read(path: &Path) -> Result<Named, String> {
 
 /// What a recording shows.
 #[cfg(feature = "viewer")]
-fn read_recording(path: &Path) -> Result<Named, String> {
+fn read_recording(path: &Path) -> Result<BTreeMap<String, Series>, String> {
     let shown = linkwork_viz::read_recording(path).map_err(|e| {
         format!("{e}\n  help: give a .rrd file that a run or `linkwork view` wrote, whole")
     })?;
@@ -57,7 +75,7 @@ fn read_recording(path: &Path) -> Result<Named, String> {
 
 /// Without the feature there is nothing to read it with.
 #[cfg(not(feature = "viewer"))]
-fn read_recording(path: &Path) -> Result<Named, String> {
+fn read_recording(path: &Path) -> Result<BTreeMap<String, Series>, String> {
     Err(format!(
         "`{}`: this program was built without the viewer\n  help: build it with the feature `viewer`, or compare logs",
         path.display()
@@ -65,8 +83,8 @@ fn read_recording(path: &Path) -> Result<Named, String> {
 }
 
 /// A log that was cut, or that holds nothing, equals no other.
-fn read_whole_log(path: &Path) -> Result<Named, String> {
-    let log = read_log_contents(path).map_err(|e| e.to_string())?;
+fn read_whole_log(path: &Path) -> Result<Contents, String> {
+    let log = read_log_with_poses(path).map_err(|e| e.to_string())?;
     let name = path.display();
     if let End::Cut { at } = log.end {
         let last = log.series.values().filter_map(|s| s.t.last()).copied().fold(0.0, f64::max);
@@ -80,7 +98,22 @@ fn read_whole_log(path: &Path) -> Result<Named, String> {
             "log `{name}` holds no numbers\n  help: say in `log` of the simulation what to log"
         ));
     }
-    Ok(log.series)
+    Ok(Contents { series: log.series, configuration: log.configuration, stores: BTreeMap::new() })
+}
+
+/// The first line in which two configurations differ.
+fn first_line(a: &str, b: &str) -> Option<String> {
+    let (mut x, mut y) = (a.lines(), b.lines());
+    (1..).find_map(|n| match (x.next(), y.next()) {
+        (None, None) => Some(None),
+        (p, q) if p == q => None,
+        (p, q) => {
+            let shown = |line: Option<&str>| {
+                line.map_or("no such line".into(), |l| format!("`{}`", l.trim()))
+            };
+            Some(Some(format!("line {n}: {} against {}", shown(p), shown(q))))
+        }
+    })?
 }
 
 /// How two files are compared.
@@ -139,10 +172,9 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
             return exit::INPUT;
         }
     };
-    let unused = tolerances
-        .of
-        .iter()
-        .find(|(pattern, ..)| !x.keys().chain(y.keys()).any(|name| path_matches(pattern, name)));
+    let unused = tolerances.of.iter().find(|(pattern, ..)| {
+        !x.series.keys().chain(y.series.keys()).any(|name| path_matches(pattern, name))
+    });
     if let Some((pattern, ..)) = unused {
         tell!(
             "error: --tol `{pattern}` matches nothing\n  help: names are `Part.output`; `*` is one part of a path, `**` any number"
@@ -152,21 +184,36 @@ pub fn diff(a: &Path, b: &Path, options: &DiffOptions) -> u8 {
     let rows = if options.common { Rows::Common } else { Rows::All };
     let (abs, rel) = (options.abs, options.rel);
     let own = |name: &str| tolerances.at(name, path_matches);
-    let differences: Vec<Difference> = compare(&x, &y, rows, own);
+    let mut differences: Vec<Difference> = compare(&x.series, &y.series, rows, own);
+    let names: std::collections::BTreeSet<&String> =
+        x.stores.keys().chain(y.stores.keys()).collect();
+    for name in names.into_iter().filter(|name| x.stores.get(*name) != y.stores.get(*name)) {
+        let (a, b) =
+            (x.stores.get(name).map_or(0, Vec::len), y.stores.get(name).map_or(0, Vec::len));
+        let what = format!("{a} bytes against {b}, or other ones");
+        differences.push(Difference { name: name.clone(), what, largest: f64::INFINITY });
+    }
+    let exact = !options.common && abs == 0.0 && rel == 0.0 && tolerances.of.is_empty();
+    if let Some(line) = first_line(&x.configuration, &y.configuration) {
+        // Users compare runs of different settings with tolerances or with `--common`.
+        if exact {
+            let (name, what) = ("the configuration".to_string(), line);
+            differences.push(Difference { name, what, largest: f64::INFINITY });
+        } else {
+            tell!("note: the configurations differ in {line}");
+        }
+    }
+    let series = x.series.len().max(y.series.len());
     if differences.is_empty() {
         let by = match tolerances.of.len() {
             0 => String::new(),
             n => format!(", and by {n} patterns"),
         };
         let at = if options.common { ", where both have rows" } else { "" };
-        say!("equal: {} series within abs {abs:e}, rel {rel:e}{by}{at}", x.len());
+        say!("equal: {series} series within abs {abs:e}, rel {rel:e}{by}{at}");
         return exit::OK;
     }
-    say!(
-        "{} of {} series differ (abs {abs:e}, rel {rel:e}):",
-        differences.len(),
-        x.len().max(y.len())
-    );
+    say!("{} of {series} series differ (abs {abs:e}, rel {rel:e}):", differences.len());
     for d in differences.iter().take(40) {
         say!("  {:12.3e}  {}: {}", d.largest, d.name, d.what);
     }

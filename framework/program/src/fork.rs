@@ -1,12 +1,12 @@
 //! `linkwork fork`: goes on from a checkpoint with other parameters, or as another simulation.
 //!
 //! The state goes over by path, as between phases: parts of one path and kind keep it, new parts start at this
-//! instant, bodies keep pose and motion. What is kept, new and lost is told before anything is written. Figures begin
-//! anew; the log carries the state from which the fork begins, so that it can be simulated again.
+//! instant, bodies keep pose and motion. Parts that are kept, new and lost are listed before any file is written. Figures of
+//! variables and conditions that both have continue; the log carries the state from which the fork begins, so that it can be simulated again.
 use crate::load::Ready;
 use crate::options::RunOptions;
 use crate::{exit, load, run};
-use linkwork_runtime::{Plan, Program, Simulation};
+use linkwork_runtime::{Checkpoint, Plan, Program, Simulation};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,7 +31,7 @@ pub(crate) struct Fork {
     old: Option<Box<Simulation>>,
     /// The simulation as which it goes on, when it is not that of the checkpoint.
     sim: Option<PathBuf>,
-    time: f64,
+    checkpoint: Checkpoint,
     allow: bool,
 }
 
@@ -55,7 +55,12 @@ impl Names {
 impl Fork {
     /// Simulated time of the checkpoint (s).
     pub fn time(&self) -> f64 {
-        self.time
+        self.checkpoint.time
+    }
+
+    /// The checkpoint from which it begins.
+    pub fn checkpoint(&self) -> &Checkpoint {
+        &self.checkpoint
     }
 
     /// The file or folder of the simulation as which it goes on, when it is not that of the checkpoint.
@@ -80,7 +85,7 @@ impl Fork {
             report.new.iter().partition(|part| before.parts.contains(*part));
         let bodies: Vec<&String> = before.bodies.difference(&after.bodies).collect();
         let gone: Vec<&String> = report.dropped.iter().collect();
-        tell!("t = {} s: {} parts go on", self.time, report.kept.len());
+        tell!("t = {} s: {} parts go on", self.time(), report.kept.len());
         let told = [
             ("new parts", &fresh),
             ("parts that are of another kind and start anew", &anew),
@@ -136,5 +141,5 @@ fn prepared(file: &Path, options: &ForkOptions) -> Result<(Ready, String, Fork),
     };
     let sim = options.sim.clone();
     let name = sim.as_deref().map_or(name, run::title_of);
-    Ok((ready, name, Fork { old: Some(old), sim, time: checkpoint.time, allow: options.allow }))
+    Ok((ready, name, Fork { old: Some(old), sim, checkpoint, allow: options.allow }))
 }

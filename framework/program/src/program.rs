@@ -74,6 +74,15 @@ impl Program {
             return ExitCode::from(exit::FAILED);
         }
         survive_size_limits();
+        // Names go into logs, summaries and messages, which are text.
+        let unreadable = std::env::args_os().skip(1).find(|arg| arg.to_str().is_none());
+        if let Some(arg) = unreadable {
+            tell!(
+                "error: the argument `{}` is not UTF-8\n  help: give the file or folder a name in UTF-8",
+                arg.to_string_lossy()
+            );
+            return ExitCode::from(voice::exit_code(exit::INPUT));
+        }
         let done = command().try_get_matches().and_then(|matches| {
             let (called, own) = matches.subcommand().unzip();
             let tool = self.tools.iter().find(|t| called == Some((t.command)().get_name()));

@@ -2,13 +2,14 @@
 use crate::voice::report;
 use crate::{exit, load, taps};
 use linkwork_assembly::Failure;
-use linkwork_record::{End, Log, LogContents, LogSpec, Series, read_log, read_log_contents};
-use linkwork_runtime::{Checkpoint, Program, Rule, SetRow, Simulation, Tap};
+use linkwork_record::{End, LogContents, Series, read_log_contents, seconds};
+use linkwork_runner::BUILT;
+use linkwork_runtime::{Checkpoint, Consumer, Program, Rule, SetRow, Simulation, Tap, TapRow};
 use std::collections::BTreeMap;
 use std::iter::Peekable;
 use std::path::Path;
 use std::slice::Iter;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The first number that is not as logged.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,33 +44,176 @@ fn set(sim: &mut Simulation, sets: &mut Peekable<Iter<'_, SetRow>>) -> Result<()
     Ok(())
 }
 
-/// Simulates from the start, or from the checkpoint that the log carries, as far as `logged` goes, with a log of its own in `file`, and compares the two, bit
-/// for bit.
+/// A series of the log, and which of its rows have come.
+struct Logged {
+    path: String,
+    series: Series,
+    /// Where the next row is expected.
+    next: usize,
+    came: Vec<bool>,
+}
+
+impl Logged {
+    /// Returns the place of the row at this time; `None` without such a row.
+    fn place(&mut self, t: f64) -> Option<usize> {
+        let times = &self.series.t;
+        if times.get(self.next) != Some(&t) {
+            self.next = times.partition_point(|u| *u < t);
+        }
+        let place = self.next;
+        (times.get(place) == Some(&t)).then(|| {
+            self.next += 1;
+            place
+        })
+    }
+}
+
+/// How the comparison stands.
+#[derive(Default)]
+struct Findings {
+    logged: Vec<Logged>,
+    found: Option<Deviation>,
+    fault: Option<String>,
+}
+
+/// Compares each row with the log as it comes. It writes no file, and the run ends at the first difference.
+struct Verify {
+    findings: Arc<Mutex<Findings>>,
+    /// The series of each group's columns, and whether a column is a truth value.
+    columns: Vec<Vec<(usize, bool)>>,
+    /// Maximum delay (s) of rows that wait for an event.
+    beyond: f64,
+}
+
+impl Consumer for Verify {
+    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+        let mut findings = self.findings.lock().unwrap_or_else(PoisonError::into_inner);
+        let Findings { logged, found, fault } = &mut *findings;
+        let t = seconds(row.ns);
+        if found.as_ref().is_some_and(|d| t > d.time + self.beyond) {
+            return Err("they differ".into());
+        }
+        for ((series, truth), y) in self.columns[row.group as usize].iter().zip(&row.values) {
+            let Logged { series: Series { t: times, .. }, path, .. } = &logged[*series];
+            // A log that was cut ends earlier for some variables than for others.
+            if times.last().is_none_or(|last| t > *last) {
+                continue;
+            }
+            let now = if *truth { f64::from(u8::from(*y > 0.5)) } else { *y };
+            let path = path.clone();
+            let Some(place) = logged[*series].place(t) else {
+                *fault = Some(format!(
+                    "the simulation has a row of `{path}` at t = {t} s, and the log has none"
+                ));
+                return Err("they differ".into());
+            };
+            logged[*series].came[place] = true;
+            let was = logged[*series].series.y[place];
+            if was.to_bits() == now.to_bits() || (was.is_nan() && now.is_nan()) {
+                continue;
+            }
+            let one = Deviation { path, time: t, logged: was, now, others: 0 };
+            *found = Some(match found.take() {
+                Some(d) if d.time < t => d,
+                Some(d) if d.time == t && d.path == one.path => d,
+                Some(d) if d.time == t => Deviation { others: d.others + 1, ..d },
+                _ => one,
+            });
+        }
+        Ok(())
+    }
+    fn finish(&mut self) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// Simulates from the start, or from the checkpoint that the log carries, as far as `logged` goes, and compares the two, bit
+/// for bit. It ends with the first difference: a row that the log does not have at its time is one, so that no row of a damaged or forged log makes it go on
+/// for longer than there are rows.
 fn compare(
     program: &Arc<Program>,
     (start, sets): (Option<&Checkpoint>, &[SetRow]),
-    spec: &LogSpec,
-    logged: &BTreeMap<String, Series>,
-    file: &Path,
+    rules: &[Rule],
+    logged: BTreeMap<String, Series>,
 ) -> Result<Result<Compared, Deviation>, String> {
     let last = logged.values().filter_map(|s| s.t.last()).copied().fold(0.0, f64::max);
-    let (log, groups) = Log::create(file, program, spec).map_err(|e| e.to_string())?;
     let mut sim = Simulation::of(program.clone());
     if let Some(start) = start {
         sim.restore(start).map_err(|e| e.to_string())?;
+        if sim.time() > last {
+            return Err(format!(
+                "its rows end at {last} s, before the checkpoint at {} s from which it begins",
+                sim.time()
+            ));
+        }
     }
-    let tap = Tap::start(&sim, groups, 64, Box::new(log));
-    let mut tap = tap.map_err(|e| e.to_string())?;
-    if let Some(start) = start {
-        // What it does not remember the log did not know either.
-        let _ = taps::go_on(&mut tap, start, &sim);
+    let logged: Vec<Logged> = logged
+        .into_iter()
+        .map(|(path, series)| Logged { came: vec![false; series.t.len()], path, series, next: 0 })
+        .collect();
+    let (mut groups, mut columns) = (Vec::new(), Vec::new());
+    for rule in rules {
+        let linkwork_record::Columns { group, variables } =
+            linkwork_record::columns(sim.plan(), rule);
+        let place = |path: &String| logged.iter().position(|l| l.path == *path);
+        let own = variables.iter().map(|(path, truth)| {
+            let place = place(path).ok_or_else(|| {
+                format!("it holds no `{path}`, which the simulation of its configuration logs")
+            });
+            Ok((place?, *truth))
+        });
+        columns.push(own.collect::<Result<Vec<_>, String>>()?);
+        groups.push(group);
     }
-    let mut sets = sets.iter().peekable();
-    set(&mut sim, &mut sets)?;
-    tap.sample(&sim)?;
+    let known = |k: &usize| columns.iter().flatten().any(|(series, _)| series == k);
+    if let Some(k) = (0..logged.len()).find(|k| !known(k)) {
+        return Err(format!("the simulation of its configuration logs no `{}`", logged[k].path));
+    }
     // The last rows may be those before an event, and nothing else says when it came.
     let before = |rule: &Rule| rule.around.as_ref().map_or(0.0, |a| a.before.seconds());
-    let beyond = spec.groups.iter().map(before).fold(0.0, f64::max);
+    let beyond = rules.iter().map(before).fold(0.0, f64::max);
+    let findings = Arc::new(Mutex::new(Findings { logged, ..Findings::default() }));
+    let verify = Verify { findings: findings.clone(), columns, beyond };
+    let tap = Tap::start(&sim, groups, 64, Box::new(verify));
+    let mut tap = tap.map_err(|e| e.to_string())?;
+    if let Some(start) = start {
+        // Without an entry the run had no log.
+        let _ = taps::go_on(&mut tap, start, &sim);
+    }
+    let outcome = step_to(&mut sim, &mut tap, sets, last, beyond);
+    let ended = tap.finish();
+    let Findings { logged, found, fault } =
+        std::mem::take(&mut *findings.lock().unwrap_or_else(PoisonError::into_inner));
+    if let Some(fault) = fault {
+        return Err(fault);
+    }
+    if let Some(found) = found {
+        return Ok(Err(found));
+    }
+    outcome.and(ended)?;
+    for Logged { path, series, came, .. } in &logged {
+        if let Some(k) = came.iter().position(|came| !came) {
+            let t = series.t[k];
+            return Err(format!(
+                "it has a row of `{path}` at t = {t} s, and the simulation has none"
+            ));
+        }
+    }
+    let numbers = logged.iter().map(|l| l.series.t.len()).sum();
+    Ok(Ok(Compared { numbers, until: last }))
+}
+
+/// Steps to `last` (s) and by `beyond` (s) further, or to the first difference.
+fn step_to(
+    sim: &mut Simulation,
+    tap: &mut Tap,
+    sets: &[SetRow],
+    last: f64,
+    beyond: f64,
+) -> Result<(), String> {
+    let mut sets = sets.iter().peekable();
+    set(sim, &mut sets)?;
+    tap.sample(sim)?;
     // Times in logs are rounded to nanoseconds.
     while sim.time() < last + beyond - 1e-9 {
         match sim.step() {
@@ -77,41 +221,10 @@ fn compare(
             Err(_) if sim.time() > last - 1e-9 => break,
             Err(e) => return Err(format!("the run fails where the log goes on: {e}")),
         }
-        set(&mut sim, &mut sets)?;
-        tap.sample(&sim)?;
+        set(sim, &mut sets)?;
+        tap.sample(sim)?;
     }
-    tap.finish()?;
-    let now = read_log(file).map_err(|e| e.to_string())?;
-    let mut compared = Compared { numbers: 0, until: last };
-    let mut found: Option<Deviation> = None;
-    for (path, was) in logged {
-        let Some(is) = now.get(path) else {
-            return Err(format!("the simulation of its configuration logs no `{path}`"));
-        };
-        // A log of a resumed run begins later.
-        let first = was.t.first().map_or(0, |t| is.t.partition_point(|u| u < t));
-        if is.t.get(first..first + was.t.len()) != Some(&was.t[..]) {
-            return Err(format!("`{path}` has rows at other times than the simulation gives it"));
-        }
-        compared.numbers += was.y.len();
-        let pairs = was.y.iter().zip(&is.y[first..]);
-        let differs =
-            |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits() && !(a.is_nan() && b.is_nan());
-        let Some(k) = pairs.clone().position(differs) else { continue };
-        let one = |others: usize| Deviation {
-            path: path.clone(),
-            time: was.t[k],
-            logged: was.y[k],
-            now: is.y[first + k],
-            others,
-        };
-        found = Some(match found {
-            Some(d) if d.time < was.t[k] => d,
-            Some(d) if d.time == was.t[k] => Deviation { others: d.others + 1, ..d },
-            _ => one(0),
-        });
-    }
-    Ok(found.map_or(Ok(compared), Err))
+    Ok(())
 }
 
 /// `linkwork replay LOG --verify`.
@@ -161,15 +274,12 @@ pub fn verify(file: &Path) -> u8 {
             return report(&Failure { faults, sources: ready.loaded.sources.clone() });
         }
     };
-    let spec = LogSpec { groups: prepared.groups, ..LogSpec::default() };
     let base = ready.plan().base;
     let program = Arc::new(ready.program);
-    let own = std::env::temp_dir().join(format!("linkwork-replay-{}.mcap", std::process::id()));
-    let outcome = compare(&program, (start.as_ref(), &sets), &spec, &series, &own);
-    let _ = std::fs::remove_file(&own);
+    let n = series.len();
+    let outcome = compare(&program, (start.as_ref(), &sets), &prepared.groups, series);
     match outcome {
         Ok(Ok(Compared { numbers, until })) => {
-            let n = series.len();
             say!("verified: {numbers} numbers of {n} variables until {until} s, bit for bit");
             if let End::Cut { at } = end {
                 say!("    the log has no end: it was cut after {at} bytes");
@@ -189,6 +299,10 @@ pub fn verify(file: &Path) -> u8 {
                 d.logged,
                 d.now
             );
+            let (was, now) = (about.get(BUILT), linkwork_runner::built());
+            if let Some(was) = was.filter(|was| **was != now) {
+                say!("    the log was made by {was}, and this is {now}: their last bits differ");
+            }
             exit::FAILED
         }
         Err(e) => {

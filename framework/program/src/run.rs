@@ -10,16 +10,15 @@ use crate::{exit, profile, scene, taps};
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
-use linkwork_record::LogSpec;
+use linkwork_record::{LogSpec, log_begin};
 use linkwork_runner::{
-    Ended, Figures, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment,
+    BUILT, Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment,
     changed, time_name,
 };
 use linkwork_runtime::{
     Change, Checkpoint, Fault, Profile, RunError, Seconds, Simulation, Sources,
 };
 use linkwork_viz::Scene;
-use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -97,6 +96,7 @@ pub(crate) fn read(file: &Path) -> Result<(Checkpoint, String), u8> {
         tell!("error: {e}\n  help: give a .lwck file that `linkwork run` wrote, whole");
         exit::INPUT
     })?;
+    warn_of_version(&checkpoint);
     let name = checkpoint
         .extra
         .get("name")
@@ -131,20 +131,14 @@ enum Begin<'a> {
     Forked(Fork),
 }
 
-/// Figures and picture, taken at every tick.
+/// The picture, taken at every tick.
 struct Watched {
-    figures: Figures,
     picture: Picture,
 }
 
 impl Watch for Watched {
     fn tick(&mut self, sim: &Simulation) {
-        self.figures.sample(sim);
         self.picture.sample(sim);
-    }
-    fn carry(&self, extra: &mut BTreeMap<String, Vec<u8>>) -> Result<(), String> {
-        extra.insert("figures".into(), self.figures.save()?);
-        Ok(())
     }
 }
 
@@ -228,13 +222,12 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let configuration = ready.loaded.resolved.to_string();
     let sources = ready.loaded.sources.clone();
     let mut sim = Simulation::of(Arc::new(ready.program));
-    let mut figures = prepared.figures;
     let mut begins = None;
     match &mut source.begin {
         Begin::New => {}
         Begin::Resumed(c) => {
             not_past(c.time, until)?;
-            restore(&mut sim, &mut figures, c)?;
+            restore(&mut sim, c)?;
             // What was set in the run before is in the checkpoint and not in this log.
             begins = Some(c.to_bytes().map_err(fail)?);
         }
@@ -256,6 +249,9 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         others.extend(fork.simulation().map(load::sim_file));
     }
     let recording = taps::recording(options, &out, &others)?;
+    if !options.no_log {
+        keeps_earlier(&log, &source)?;
+    }
     let server = options.serve.as_deref().map(|address| listen(address, name)).transpose()?;
     let folder = claim(&out, &sim, &configuration)?;
     let mut saves = Saves::new(&sim, out.clone(), name, &configuration, every);
@@ -265,7 +261,15 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let picture = Picture::new(&sim, &scene, until.map(|t| t.times(1)));
     let edges = Edges::new(sim.plan());
     let profile = options.profile.then(|| sim.profile());
-    let mut runner = Runner::new(sim, Watched { figures, picture });
+    let mut runner = Runner::new(sim, Watched { picture });
+    let earlier = match &source.begin {
+        Begin::New => None,
+        Begin::Resumed(checkpoint) => Some(*checkpoint),
+        Begin::Forked(fork) => Some(fork.checkpoint()),
+    };
+    if let Err(e) = runner.figure(prepared.figures, earlier) {
+        tell!("warning: {e}\n  help: figures of this run begin at the checkpoint");
+    }
     runner.save_with(saves);
     let mut files = Vec::new();
     if !options.no_log {
@@ -273,7 +277,11 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
             groups: prepared.groups,
             transforms: Some(scene_period),
             configuration,
-            about: [("simulation".to_string(), name.to_string())].into(),
+            about: [
+                ("simulation".to_string(), name.to_string()),
+                (BUILT.to_string(), linkwork_runner::built()),
+            ]
+            .into(),
             start: begins,
         };
         let resumed = match &source.begin {
@@ -351,15 +359,57 @@ fn claim(out: &Path, sim: &Simulation, configuration: &str) -> Result<Folder, u8
     Ok(folder)
 }
 
-fn restore(sim: &mut Simulation, figures: &mut Figures, c: &Checkpoint) -> Result<(), u8> {
-    if let Err(e) = sim.restore(c) {
+fn restore(sim: &mut Simulation, c: &Checkpoint) -> Result<(), u8> {
+    sim.restore(c).map_err(|e| {
         tell!("error: {e}");
-        return Err(exit::INPUT);
+        exit::INPUT
+    })
+}
+
+/// A run that continues from a checkpoint writes no rows of before. It does not replace a log that has some: they would be lost.
+fn keeps_earlier(log: &Path, source: &Source<'_>) -> Result<(), u8> {
+    let time = match &source.begin {
+        Begin::New => return Ok(()),
+        Begin::Resumed(checkpoint) => checkpoint.time,
+        Begin::Forked(fork) => fork.time(),
+    };
+    if log.symlink_metadata().is_err() {
+        return Ok(());
     }
-    if let Some(saved) = c.extra.get("figures") {
-        figures.restore(saved, sim);
+    let what = match log_begin(log) {
+        Ok(Some(begin)) if begin < time => format!("has rows from t = {begin} s on"),
+        Ok(_) => return Ok(()),
+        Err(e) => format!("is not a log that can be read ({e})"),
+    };
+    tell!(
+        "error: `{}` {what}, and this run begins at t = {time} s: it would replace them\n  help: choose another folder with \
+         --out, or leave it out; --no-log keeps the log as it is",
+        log.display()
+    );
+    Err(exit::INPUT)
+}
+
+/// What another version of the program may have changed. The structure, parameters and files of the simulation are compared by
+/// `restore`, which rejects other ones; what models compute may differ without a trace in them.
+fn warn_of_version(c: &Checkpoint) {
+    let own = env!("CARGO_PKG_VERSION");
+    if c.version != own {
+        tell!(
+            "warning: the checkpoint was written by Linkwork {}, and this is {own}\n  help: states, parameters, files and \
+             wires are compared, and a difference is an error; the equations of models may have changed, so that the run may \
+             continue differently from one by {}: see the changes marked `break`, or run the simulation anew",
+            c.version,
+            c.version
+        );
+        return;
     }
-    Ok(())
+    let (was, now) = (c.extra.get(BUILT), linkwork_runner::built());
+    if let Some(was) = was.filter(|was| ***was != *now.as_bytes()) {
+        tell!(
+            "note: the checkpoint was written by {}, and this is {now}: the run continues with other last bits",
+            String::from_utf8_lossy(was)
+        );
+    }
 }
 
 fn not_past(time: f64, until: Option<Seconds>) -> Result<(), u8> {
@@ -608,7 +658,8 @@ impl Run {
             real_time_factor: simulated / wall.max(1e-9),
             realtime: self.runner.realtime(),
             seed: sim.plan().seed,
-            figures: summary::figures(&self.runner.watch.figures),
+            built: linkwork_runner::built(),
+            figures: self.runner.figures().map(summary::figures).unwrap_or_default(),
             files: self.files.clone(),
             problems: self.problems.clone(),
             rows_dropped: self.dropped,

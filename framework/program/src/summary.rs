@@ -41,6 +41,8 @@ pub struct Summary {
     pub realtime: Option<Realtime>,
     /// Seed of all noise.
     pub seed: u64,
+    /// What built the program: version, processor, profile.
+    pub built: String,
     /// The simulation's own figures: value and unit.
     pub figures: BTreeMap<String, (f64, String)>,
     /// Files written.

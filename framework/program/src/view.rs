@@ -39,7 +39,7 @@ mod drawn {
     use crate::telemetry::{self, Beside, Telemetry};
     use crate::voice::report;
     use crate::{load, taps};
-    use linkwork_record::{End, Entry, LogError, logged_names, walk_log};
+    use linkwork_record::{End, Entry, LogError, walk_log};
     use linkwork_viz::{NotShown, Player, View, VizError};
     use std::collections::BTreeMap;
 
@@ -67,8 +67,6 @@ mod drawn {
         player: Player,
         /// What flew.
         beside: Option<Beside>,
-        /// Path of the variable for each name of the log.
-        names: BTreeMap<String, String>,
         rows: u64,
     }
 
@@ -104,9 +102,8 @@ mod drawn {
     ) -> Result<Drawing, Fault> {
         let ready: Ready =
             load::ready_text(&format!("{name}.ron"), configuration).map_err(Fault::Said)?;
-        let Looked { scene: (mut scene, period), prepared } =
+        let Looked { scene: (mut scene, period), .. } =
             run::prepare(&ready).map_err(Fault::Said)?;
-        let names = logged_names(ready.plan(), &prepared.groups);
         let beside =
             flown.map(|f| telemetry::beside(f, &ready.program, (&mut scene, instants))).transpose();
         let beside = beside.map_err(|failure| Fault::Said(report(&failure)))?;
@@ -114,19 +111,17 @@ mod drawn {
         if let Some(beside) = &beside {
             view = view.with(&beside.told);
         }
-        Ok(Drawing { player: Player::open(view, out)?, beside, names, rows: 0 })
+        Ok(Drawing { player: Player::open(view, out)?, beside, rows: 0 })
     }
 
     impl Drawing {
         fn take(&mut self, entry: Entry<'_>) -> Result<(), VizError> {
             match entry {
-                Entry::Numbers { part, ns, fields, .. } => {
-                    for (field, value) in fields {
-                        if let Some(path) = self.names.get(&format!("{part}.{field}")) {
-                            self.player.value(ns, path, value)?;
-                            if let Some(beside) = &mut self.beside {
-                                beside.value(ns, path, value, &mut self.player)?;
-                            }
+                Entry::Numbers { ns, values } => {
+                    for (variable, value) in values {
+                        self.player.value(ns, &variable.path, value)?;
+                        if let Some(beside) = &mut self.beside {
+                            beside.value(ns, &variable.path, value, &mut self.player)?;
                         }
                     }
                 }

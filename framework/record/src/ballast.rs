@@ -83,6 +83,14 @@ impl Ballast {
         }
     }
 
+    /// Returns a second handle of the file.
+    ///
+    /// # Errors
+    /// The error of the system.
+    pub fn twin(&self) -> std::io::Result<File> {
+        self.file.try_clone()
+    }
+
     /// Cuts back to the last whole part.
     ///
     /// # Errors

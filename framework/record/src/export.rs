@@ -1,7 +1,7 @@
 //! A log as a table: a row for each instant, a column for each variable.
 use crate::columns::{Cells, ParquetFile, titled};
 use crate::log::LogError;
-use crate::read::{End, Entry, walk_log};
+use crate::read::{End, Entry, seconds, walk_log};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
@@ -100,13 +100,13 @@ impl Head {
                     head.about.insert("configuration".into(), text);
                 }
                 Entry::About(about) => head.about.extend(about),
-                Entry::Numbers { part, ns, fields, units } => {
+                Entry::Numbers { ns, values } => {
                     newest = newest.max(ns);
                     head.late = head.late.max(newest - ns);
-                    for (field, _) in fields {
-                        let unit = || units.get(&format!("unit.{field}")).cloned();
-                        let name = format!("{part}.{field}");
-                        head.units.entry(name).or_insert_with(|| unit().unwrap_or_default());
+                    for (variable, _) in values {
+                        if !head.units.contains_key(&variable.path) {
+                            head.units.insert(variable.path.clone(), variable.unit.clone());
+                        }
                     }
                 }
                 Entry::Start(_)
@@ -138,7 +138,7 @@ impl Head {
         let mut held = Held { rows: BTreeMap::new(), width: titles.len() };
         let (mut rows, mut newest) = (0, 0);
         let end = walk_log::<ExportError>(log, |entry| {
-            let Entry::Numbers { part, ns, fields, .. } = entry else { return Ok(()) };
+            let Entry::Numbers { ns, values } = entry else { return Ok(()) };
             newest = newest.max(ns);
             if !held.rows.contains_key(&ns) {
                 if held.rows.len() * titles.len() >= HELD {
@@ -149,10 +149,10 @@ impl Head {
                 held.rows.insert(ns, vec![None; titles.len()]);
             }
             let Some(row) = held.rows.get_mut(&ns) else { return Ok(()) };
-            for (field, value) in fields {
+            for (variable, value) in values {
                 // The log is the one that was read before, unless somebody is writing it.
-                let Some(k) = of.get(format!("{part}.{field}").as_str()) else {
-                    return Err(write(format!("`{part}.{field}` came into the log meanwhile")));
+                let Some(k) = of.get(variable.path.as_str()) else {
+                    return Err(write(format!("`{}` came into the log meanwhile", variable.path)));
                 };
                 row[*k] = Some(value);
             }
@@ -184,7 +184,7 @@ impl Held {
         if rows.is_empty() {
             return Ok(0);
         }
-        let t: Vec<f64> = rows.keys().map(|ns| *ns as f64 * 1e-9).collect();
+        let t: Vec<f64> = rows.keys().map(|ns| seconds(*ns)).collect();
         let column = |k: usize| rows.values().map(|row| row[k]).collect::<Vec<_>>();
         let columns: Vec<Vec<Option<f64>>> = (0..self.width).map(column).collect();
         let cells = columns.iter().map(|c| Cells::Sparse(c));

@@ -14,11 +14,11 @@ mod table;
 
 pub use columns::{Cells, ParquetFile, parquet_columns, parquet_numbers, titled};
 pub use export::{ExportError, Exported, export_parquet};
-pub use log::{Log, LogError, LogSpec, logged_names};
+pub use log::{Columns, Log, LogError, LogSpec, columns};
 pub use plot::{Curve, Plot, PlotError, draw};
 pub use read::{
-    Difference, End, Entry, LogContents, Rows, Series, Tolerances, compare, read_log,
-    read_log_contents, walk_log,
+    Difference, End, Entry, LogContents, Logged, Rows, Series, Tolerances, compare, log_begin,
+    read_log, read_log_contents, read_log_with_poses, seconds, walk_log,
 };
 pub use replace::{Durable, replace};
 pub use schema::{Schema, decode};

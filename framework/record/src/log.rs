@@ -14,6 +14,7 @@ use mcap::records::{MessageHeader, Metadata};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 use std::sync::Arc;
@@ -89,6 +90,11 @@ const FRESH: Duration = Duration::from_secs(2);
 pub(crate) const CONFIGURATION: &str = "configuration.ron";
 pub(crate) const START: &str = "start.lwck";
 
+/// Keys in the metadata of a channel: the path of the variable of a field, and its unit. The name of a field differs from the path
+/// where a schema does not permit the path.
+pub(crate) const PATH: &str = "path.";
+pub(crate) const UNIT: &str = "unit.";
+
 /// The schema of the poses of all bodies.
 pub(crate) const TRANSFORMS: &str = "foxglove.FrameTransforms";
 
@@ -159,6 +165,8 @@ pub struct Log {
     path: String,
     /// `None` once it is finished.
     writer: Option<mcap::Writer<BufWriter<Ballast>>>,
+    /// A second handle of the file, to synchronize it with the disk.
+    disk: File,
     /// Channels of each group.
     channels: Vec<Vec<Channel>>,
     transforms: Option<Transforms>,
@@ -190,6 +198,7 @@ impl Log {
         let fail = |why: String| LogError::Write { path: name.clone(), why };
         let gauge = Arc::new(Gauge::default());
         let file = Ballast::create(path, gauge.clone()).map_err(|e| fail(e.to_string()))?;
+        let disk = file.twin().map_err(|e| fail(e.to_string()))?;
         let mut writer = mcap::WriteOptions::new()
             .compression(Some(mcap::Compression::Lz4))
             .chunk_size(None) // Parts end when we say so.
@@ -250,6 +259,7 @@ impl Log {
         let log = Log {
             path: name,
             writer,
+            disk,
             channels,
             transforms,
             first_camera,
@@ -322,7 +332,7 @@ fn messages<'a>(
         });
         let columns: Vec<(String, bool)> = list
             .iter()
-            .map(|(path, v)| (path[part.len() + 1..].to_string(), v.kind == PortKind::Bool))
+            .map(|(path, v)| (within(part, path).to_string(), v.kind == PortKind::Bool))
             .collect();
         let schema = Schema::new(part, &columns);
         (part, list, schema)
@@ -330,16 +340,31 @@ fn messages<'a>(
     by_part.into_iter().map(message).collect()
 }
 
-/// What a log calls its variables: for each name that reading gives (`part.field`), the path of the variable.
-pub fn logged_names(plan: &Plan, groups: &[Rule]) -> BTreeMap<String, String> {
-    let mut names = BTreeMap::new();
-    for (part, list, schema) in groups.iter().flat_map(|rule| messages(plan, &rule.paths)) {
-        let part = part.replace('/', ".");
-        for (column, field) in schema.columns() {
-            names.insert(format!("{part}.{field}"), list[column].0.clone());
-        }
+/// Returns the path of a variable relative to its part.
+fn within<'a>(part: &str, path: &'a str) -> &'a str {
+    let rest = path.strip_prefix(part);
+    rest.map_or(path, |rest| rest.strip_prefix('.').unwrap_or(rest))
+}
+
+/// The columns of a rule.
+pub struct Columns {
+    /// The variables, read together.
+    pub group: Group,
+    /// Path, and whether it is a truth value.
+    pub variables: Vec<(String, bool)>,
+}
+
+/// The columns of a rule, in the order in which a log has them.
+pub fn columns(plan: &Plan, rule: &Rule) -> Columns {
+    let (mut places, mut variables) = (Vec::new(), Vec::new());
+    for (_, list, _) in messages(plan, &rule.paths) {
+        places.extend(list.iter().map(|(_, v)| v.place));
+        let variable =
+            |(path, v): &(&String, &Variable)| ((*path).clone(), v.kind == PortKind::Bool);
+        variables.extend(list.iter().map(variable));
     }
-    names
+    let Rule { period, on_change, around, .. } = rule.clone();
+    Columns { group: Group { period, places, on_change, around, ..Group::default() }, variables }
 }
 
 fn open_group(
@@ -347,22 +372,22 @@ fn open_group(
     plan: &Plan,
     rule: &Rule,
 ) -> Result<(Group, Vec<Channel>), mcap::McapError> {
-    let (mut places, mut channels) = (Vec::new(), Vec::new());
+    let (mut from, mut channels) = (0, Vec::new());
     for (part, list, schema) in messages(plan, &rule.paths) {
-        let from = places.len();
-        places.extend(list.iter().map(|(_, v)| v.place));
+        let to = from + list.len();
         let id = writer.add_schema(&schema.name, "protobuf", &schema.descriptor())?;
         let mut metadata = BTreeMap::new();
-        for (path, v) in &list {
-            let field = path[part.len() + 1..].to_string();
-            metadata.insert(format!("unit.{field}"), v.unit.to_string());
+        for (column, field) in schema.columns() {
+            let (path, v) = list[column];
+            metadata.insert(format!("{PATH}{field}"), path.clone());
+            metadata.insert(format!("{UNIT}{field}"), v.unit.to_string());
         }
         let topic = format!("/{}", part.replace('.', "/"));
         let id = writer.add_channel(id, &topic, "protobuf", &metadata)?;
-        channels.push(Channel { id, sequence: 0, schema, from, to: places.len() });
+        channels.push(Channel { id, sequence: 0, schema, from, to });
+        from = to;
     }
-    let Rule { period, on_change, around, .. } = rule.clone();
-    Ok((Group { period, places, on_change, around, ..Group::default() }, channels))
+    Ok((columns(plan, rule).group, channels))
 }
 
 fn open_transforms(
@@ -470,8 +495,10 @@ impl Consumer for Log {
         Ok(())
     }
 
+    /// Synchronizes with the disk, too, because a checkpoint that follows names rows that must survive a power cut.
     fn flush(&mut self) -> Result<(), String> {
         self.end_part()?;
+        sync(&self.disk).map_err(|e| self.fault(&e.to_string()))?;
         self.gauge.spent().map_or(Ok(()), |why| Err(self.fault(why)))
     }
 
@@ -490,8 +517,13 @@ impl Consumer for Log {
             // What is whole stays, without the log's end: readers go as far as it goes.
             file.cut().map_err(|e| self.fault(&e.to_string()))?;
         }
-        ended
+        ended.and(sync(&self.disk).map_err(|e| self.fault(&e.to_string())))
     }
+}
+
+/// Synchronizes a file with the disk. Pipes and devices are left alone.
+fn sync(file: &File) -> std::io::Result<()> {
+    if file.metadata()?.is_file() { file.sync_all() } else { Ok(()) }
 }
 
 impl Drop for Log {

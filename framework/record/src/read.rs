@@ -3,7 +3,7 @@
 //! A log is read from its beginning to its end with all its checksums, a record at a time, so that
 //! a flipped bit anywhere is an error with its place, and no length in a damaged file decides how
 //! much memory is taken. A log that only lacks its end (a killed run) is read as far as it goes.
-use crate::log::{CONFIGURATION, LogError, SETS, START, SetMessage, TRANSFORMS, why};
+use crate::log::{CONFIGURATION, LogError, PATH, SETS, START, SetMessage, TRANSFORMS, UNIT, why};
 use crate::overlays::{self, PART, TILES, WAYS};
 use crate::pictures::{PICTURES, picture};
 use crate::schema::decode;
@@ -74,14 +74,46 @@ pub fn read_log(path: &Path) -> Result<BTreeMap<String, Series>, LogError> {
 const READ: usize = 1 << 20;
 const RECORD: usize = 1 << 30;
 
-/// A byte of a compressed chunk stands for at most so many.
+/// Maximum number of bytes that a byte of a compressed chunk may expand to, and maximum size of a chunk. Logs have chunks of a few
+/// hundred kilobytes, or of one larger message.
 const EXPANSION: u64 = 256;
+const CHUNK: u64 = 256 << 20;
 
 /// All series of a log, and how it ends.
 ///
 /// # Errors
 /// [`LogError::Read`] when it cannot be opened or is not MCAP, [`LogError::Damaged`].
 pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
+    contents(path, Poses::Left)
+}
+
+/// Reads a log like [`read_log_contents`], with the poses of all bodies among the series: `pose of NAME.position.x` (m, W) to `.rotation.w`.
+///
+/// # Errors
+/// As [`read_log_contents`].
+pub fn read_log_with_poses(path: &Path) -> Result<LogContents, LogError> {
+    contents(path, Poses::Taken)
+}
+
+/// The numbers of a pose and their units.
+const POSE: [(&str, &str); 7] = [
+    ("position.x", "m"),
+    ("position.y", "m"),
+    ("position.z", "m"),
+    ("rotation.x", ""),
+    ("rotation.y", ""),
+    ("rotation.z", ""),
+    ("rotation.w", ""),
+];
+
+/// Whether the poses of bodies become series.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Poses {
+    Left,
+    Taken,
+}
+
+fn contents(path: &Path, with: Poses) -> Result<LogContents, LogError> {
     let mut contents = LogContents {
         series: BTreeMap::new(),
         configuration: String::new(),
@@ -95,18 +127,32 @@ pub fn read_log_contents(path: &Path) -> Result<LogContents, LogError> {
             Entry::Configuration(text) => contents.configuration = text,
             Entry::Start(checkpoint) => contents.start = Some(checkpoint),
             Entry::About(about) => contents.about = about,
-            Entry::Numbers { part, ns, fields, units } => {
-                for (field, value) in fields {
-                    let name = format!("{part}.{field}");
-                    let series = contents.series.entry(name).or_insert_with(|| Series {
-                        unit: units.get(&format!("unit.{field}")).cloned().unwrap_or_default(),
-                        ..Series::default()
-                    });
-                    series.t.push(ns as f64 * 1e-9);
+            Entry::Numbers { ns, values } => {
+                for (variable, value) in values {
+                    let series = match contents.series.get_mut(&variable.path) {
+                        Some(series) => series,
+                        None => contents.series.entry(variable.path.clone()).or_insert_with(|| {
+                            Series { unit: variable.unit.clone(), ..Series::default() }
+                        }),
+                    };
+                    series.t.push(seconds(ns));
                     series.y.push(value);
                 }
             }
             Entry::Set(set) => contents.sets.push(set),
+            Entry::Poses { ns, bodies } if with == Poses::Taken => {
+                for (name, pose) in bodies {
+                    let (p, q) = (pose.position, pose.rotation);
+                    let numbers = [p.x, p.y, p.z, q.i, q.j, q.k, q.w];
+                    for (y, (lane, unit)) in numbers.into_iter().zip(POSE) {
+                        let series = contents.series.entry(format!("pose of {name}.{lane}"));
+                        let series = series
+                            .or_insert_with(|| Series { unit: unit.into(), ..Series::default() });
+                        series.t.push(seconds(ns));
+                        series.y.push(y);
+                    }
+                }
+            }
             Entry::Poses { .. }
             | Entry::Picture { .. }
             | Entry::Tile { .. }
@@ -135,6 +181,46 @@ impl Series {
     }
 }
 
+/// A variable as a log names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Logged {
+    /// Its path in the simulation; of a log without paths `part.field`.
+    pub path: String,
+    /// Its unit; empty without one.
+    pub unit: String,
+}
+
+/// Converts nanoseconds to seconds: the nearest double, so that 290 000 000 ns are 0.29 s.
+pub fn seconds(ns: u64) -> f64 {
+    ns as f64 / 1e9
+}
+
+/// Returns the simulated time (s) of the first row of a log; `None` without rows.
+///
+/// # Errors
+/// [`LogError::Read`] when the log cannot be opened or is not MCAP, [`LogError::Damaged`] when it is damaged before its first row.
+pub fn log_begin(path: &Path) -> Result<Option<f64>, LogError> {
+    /// Ends the walk.
+    enum Found {
+        At(u64),
+        Not(LogError),
+    }
+    impl From<LogError> for Found {
+        fn from(e: LogError) -> Found {
+            Found::Not(e)
+        }
+    }
+    let first = walk_log::<Found>(path, |entry| match entry {
+        Entry::Numbers { ns, .. } | Entry::Poses { ns, .. } => Err(Found::At(ns)),
+        _ => Ok(()),
+    });
+    match first {
+        Ok(_) => Ok(None),
+        Err(Found::At(ns)) => Ok(Some(seconds(ns))),
+        Err(Found::Not(e)) => Err(e),
+    }
+}
+
 /// Something that a log says.
 #[derive(Clone, Debug)]
 pub enum Entry<'a> {
@@ -146,14 +232,10 @@ pub enum Entry<'a> {
     About(BTreeMap<String, String>),
     /// The numbers of a part at an instant.
     Numbers {
-        /// Path of the part.
-        part: &'a str,
         /// Simulated time (ns).
         ns: u64,
-        /// Names within the part, as the log writes them, and values (SI).
-        fields: Vec<(String, f64)>,
-        /// What the log says of them: `unit.NAME` and the unit.
-        units: &'a BTreeMap<String, String>,
+        /// Variables and values (SI).
+        values: Vec<(&'a Logged, f64)>,
     },
     /// A variable that was set, pinned or unpinned from outside, before the rows of its tick.
     Set(SetRow),
@@ -216,10 +298,11 @@ pub fn walk_log<E: From<LogError>>(
 ) -> Result<End, E> {
     let name = path.display().to_string();
     let fail = |why: String| LogError::Read { path: name.clone(), why };
-    let mut file = File::open(path).map_err(|e| fail(e.to_string()))?;
-    if !file.metadata().map_err(|e| fail(e.to_string()))?.is_file() {
+    // Check before opening, because opening a pipe blocks.
+    if !path.metadata().map_err(|e| fail(e.to_string()))?.is_file() {
         return Err(fail("it is no file".into()).into());
     }
+    let mut file = File::open(path).map_err(|e| fail(e.to_string()))?;
     let options = LinearReaderOptions::default()
         .with_emit_chunks(true)
         .with_validate_data_section_crc(true)
@@ -264,9 +347,29 @@ pub fn walk_log<E: From<LogError>>(
 /// What has been read so far of schemas and channels.
 struct Walk<F> {
     schemas: BTreeMap<u16, (String, FileDescriptorSet)>,
-    /// Part, schema and metadata.
-    channels: BTreeMap<u16, (String, u16, BTreeMap<String, String>)>,
+    channels: BTreeMap<u16, Channel>,
     each: F,
+}
+
+/// What a channel carries.
+struct Channel {
+    part: String,
+    schema: u16,
+    metadata: BTreeMap<String, String>,
+    /// The variable in each field that a message had so far.
+    variables: BTreeMap<String, Logged>,
+}
+
+impl Channel {
+    /// Makes what a field is called known.
+    fn learn(&mut self, field: &str) {
+        if !self.variables.contains_key(field) {
+            let of = |kind: &str| self.metadata.get(&format!("{kind}{field}")).cloned();
+            let path = of(PATH).unwrap_or_else(|| format!("{}.{field}", self.part));
+            let unit = of(UNIT).unwrap_or_default();
+            self.variables.insert(field.to_string(), Logged { path, unit });
+        }
+    }
 }
 
 impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
@@ -307,7 +410,7 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
     /// `record` is the whole record of a chunk. Its checksum is compared before any of it is read.
     fn chunk(&mut self, header: &ChunkHeader, record: &[u8]) -> Result<(), Halt<E>> {
         let size = record.len() as u64;
-        let most = EXPANSION * (size + 1024);
+        let most = CHUNK.min(EXPANSION * (size + 1024));
         if header.uncompressed_size > most || header.compressed_size > size {
             let claim = header.uncompressed_size;
             return Err(format!("a chunk of {size} bytes cannot hold {claim}").into());
@@ -347,7 +450,8 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
             }
             Record::Channel(c) => {
                 let part = c.topic.trim_start_matches('/').replace('/', ".");
-                self.channels.insert(c.id, (part, c.schema_id, c.metadata));
+                let (schema, metadata, variables) = (c.schema_id, c.metadata, BTreeMap::new());
+                self.channels.insert(c.id, Channel { part, schema, metadata, variables });
             }
             Record::Message { header, data } => {
                 self.message(header.channel_id, header.log_time, &data)?;
@@ -358,27 +462,33 @@ impl<E, F: FnMut(Entry<'_>) -> Result<(), E>> Walk<F> {
     }
 
     fn message(&mut self, channel: u16, ns: u64, data: &[u8]) -> Result<(), Halt<E>> {
-        let Some((part, schema, units)) = self.channels.get(&channel) else { return Ok(()) };
-        let Some((name, set)) = self.schemas.get(schema) else { return Ok(()) };
+        let Some(channel) = self.channels.get_mut(&channel) else { return Ok(()) };
+        let Some((name, set)) = self.schemas.get(&channel.schema) else { return Ok(()) };
         let entry = if name == SETS {
-            let bad = |e: String| format!("a set variable at {} s: {e}", ns as f64 * 1e-9);
+            let bad = |e: String| format!("a set variable at {} s: {e}", seconds(ns));
             let set: SetMessage = serde_json::from_slice(data).map_err(|e| bad(e.to_string()))?;
             let bits = u64::from_str_radix(&set.bits, 16).map_err(|e| bad(e.to_string()))?;
             let (tick, path, value) = (set.tick, set.path, f64::from_bits(bits));
             let change = set.change.into();
             Entry::Set(SetRow { tick, ns, path, change, value })
         } else if name.starts_with("linkwork.") {
-            Entry::Numbers { part, ns, fields: decode(set, name, data), units }
+            let fields = decode(set, name, data);
+            fields.iter().for_each(|(field, _)| channel.learn(field));
+            let variables = &channel.variables;
+            let values = fields.iter().filter_map(|(field, y)| Some((variables.get(field)?, *y)));
+            Entry::Numbers { ns, values: values.collect() }
         } else if name == TRANSFORMS {
             let message: FrameTransforms = prost::Message::decode(data)
-                .map_err(|e| format!("transforms at {} s: {e}", ns as f64 * 1e-9))?;
+                .map_err(|e| format!("transforms at {} s: {e}", seconds(ns)))?;
             Entry::Poses { ns, bodies: message.transforms.into_iter().filter_map(pose).collect() }
         } else if name == PICTURES {
             let (camera, png) =
-                picture(data).map_err(|e| format!("a picture at {} s: {e}", ns as f64 * 1e-9))?;
+                picture(data).map_err(|e| format!("a picture at {} s: {e}", seconds(ns)))?;
             Entry::Picture { ns, camera, png }
-        } else if let Some(part) = units.get(PART).filter(|_| name == TILES || name == WAYS) {
-            let bad = |e: String| format!("the ground of `{part}` at {} s: {e}", ns as f64 * 1e-9);
+        } else if let Some(part) =
+            channel.metadata.get(PART).filter(|_| name == TILES || name == WAYS)
+        {
+            let bad = |e: String| format!("the ground of `{part}` at {} s: {e}", seconds(ns));
             if name == TILES {
                 Entry::Tile { ns, part, tile: overlays::tile(data).map_err(bad)? }
             } else {

@@ -86,6 +86,7 @@ fn insert(fields: &mut Vec<(String, Node)>, path: &[&str], column: usize, truth:
             }
             fields.push((name, Node::Numbers(vec![column])));
         } else {
+            let name = free(fields, name);
             fields.push((name, if truth { Node::Truth(column) } else { Node::Number(column) }));
         }
         return;
@@ -97,9 +98,16 @@ fn insert(fields: &mut Vec<(String, Node)>, path: &[&str], column: usize, truth:
     }
     let mut inner = Vec::new();
     insert(&mut inner, rest, column, truth);
-    // A number and a message of one name: the message gets a tail.
-    let name = if fields.iter().any(|(n, _)| *n == name) { format!("{name}_") } else { name };
+    let name = free(fields, name);
     fields.push((name, Node::Message(inner)));
+}
+
+/// The name, with a tail when another field has it: two names may be one as identifiers.
+fn free(fields: &[(String, Node)], mut name: String) -> String {
+    while fields.iter().any(|(n, _)| *n == name) {
+        name.push('_');
+    }
+    name
 }
 
 fn identifier(text: &str) -> String {

@@ -39,6 +39,9 @@ pub struct Table {
     rows: usize,
 }
 
+/// Most rows of a table.
+const MOST_ROWS: usize = 1 << 28;
+
 /// Largest table that is read (bytes).
 const LARGEST: u64 = 1 << 31;
 
@@ -55,7 +58,12 @@ impl Table {
             help: help.to_string(),
         };
         let about = "name a .csv or .parquet file that is there";
-        let size = std::fs::metadata(path).map_err(|e| fail(e.to_string(), about))?.len();
+        let there = std::fs::metadata(path).map_err(|e| fail(e.to_string(), about))?;
+        // A pipe would be waited for.
+        if !there.is_file() {
+            return Err(fail("it is no regular file".into(), about));
+        }
+        let size = there.len();
         if size > LARGEST {
             let help = "take every tenth of its rows, or only the columns that are used";
             return Err(fail(format!("it has {size} bytes, more than {LARGEST}"), help));
@@ -69,7 +77,7 @@ impl Table {
             Some("parquet") => {
                 let help = "write it again, with compression `none` or `snappy`";
                 let file = File::open(path).map_err(|e| fail(e.to_string(), about))?;
-                parquet_columns(file).map_err(|e| fail(format!("parquet: {e}"), help))?
+                parquet_columns(file, size).map_err(|e| fail(format!("parquet: {e}"), help))?
             }
             _ => return Err(fail("its name ends neither in .csv nor in .parquet".into(), about)),
         };
@@ -140,11 +148,19 @@ fn csv_columns(text: &str) -> Result<(Vec<(String, Column)>, usize), String> {
     Ok((columns, rows))
 }
 
-fn parquet_columns(file: File) -> Result<(Vec<(String, Column)>, usize), ParquetError> {
+/// A byte of a table in Parquet stands for at most so many cells: a claim of more is a damaged or a hostile file.
+const CELLS: u64 = 4096;
+
+fn parquet_columns(file: File, size: u64) -> Result<(Vec<(String, Column)>, usize), ParquetError> {
     let reader = SerializedFileReader::new(file)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut columns = Vec::new();
     let rows = usize::try_from(reader.metadata().file_metadata().num_rows()).unwrap_or(0);
+    let cells = (rows as u64).saturating_mul(schema.num_columns().max(1) as u64);
+    if cells > CELLS.saturating_mul(size) || rows > MOST_ROWS {
+        let fact = format!("a file of {size} bytes claims {rows} rows");
+        return Err(ParquetError::General(fact));
+    }
     for k in 0..schema.num_columns() {
         let about = schema.column(k);
         let kind = about.physical_type();
@@ -157,7 +173,7 @@ fn parquet_columns(file: File) -> Result<(Vec<(String, Column)>, usize), Parquet
             continue;
         }
         let optional = about.max_def_level() == 1;
-        let mut out = Vec::with_capacity(rows);
+        let mut out = Vec::new();
         for group in 0..reader.num_row_groups() {
             let group = reader.get_row_group(group)?;
             let n = usize::try_from(group.metadata().num_rows()).unwrap_or(0);

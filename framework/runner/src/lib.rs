@@ -17,9 +17,11 @@
 //! | `saves` | when checkpoints are written, their names, what they carry |
 //! | `folder` | the folder of a run: one run at a time, nothing of another run in the way |
 //! | `figures` | a simulation's own figures, in fixed memory |
+//! | `built` | what built the program, for logs, checkpoints and summaries |
 //! | `pace` | as fast as real time, or a multiple of it; how late ticks were |
 //!
 //! Viewers are taps that the program hands in; this crate knows none.
+mod built;
 mod change;
 mod figures;
 mod folder;
@@ -30,11 +32,12 @@ mod run;
 mod saves;
 mod unread;
 
+pub use built::built;
 pub use change::{assignment, changed};
-pub use figures::{Figures, Running, Tracked};
+pub use figures::{Figures, Tracked};
 pub use folder::{Folder, FolderError};
 pub use load::{Library, Ready, Shared, sim_file};
 pub use pace::{Lateness, Pace, Realtime, SystemClock, WallClock};
 pub use prepare::{Prepared, log_rules, prepare};
 pub use run::{Ended, Goal, Need, Pause, Runner, Stop, TapEnd, Watch, tap_entry};
-pub use saves::{Extra, Saves, signal_names, time_name};
+pub use saves::{BUILT, Extra, Saves, signal_names, time_name};

@@ -1,7 +1,8 @@
 //! The time loop, and what is due at a tick: calls, rows, checkpoints, the end.
+use crate::figures::Figures;
 use crate::pace::{Pace, Realtime, SystemClock, WallClock};
 use crate::saves::{Extra, Saves};
-use linkwork_runtime::{Change, Place, RunError, Schedule, Seconds, Simulation, Tap};
+use linkwork_runtime::{Change, Checkpoint, Place, RunError, Schedule, Seconds, Simulation, Tap};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -106,26 +107,35 @@ struct Feed {
     name: String,
     need: Need,
     tap: Tap,
+    /// Why it could not be flushed, which is why it ends.
+    failed: Option<String>,
 }
 
 impl Feed {
     fn end(self, end: impl FnOnce(Tap) -> Result<(), String>) -> TapEnd {
-        let Feed { name, need, tap } = self;
+        let Feed { name, need, tap, failed } = self;
         let (dropped, unmet) = (tap.dropped(), tap.unmet());
-        TapEnd { name, need, dropped, result: end(tap), unmet }
+        let ended = end(tap);
+        TapEnd { name, need, dropped, result: failed.map_or(ended, Err), unmet }
     }
 }
 
 /// What a checkpoint of the present tick carries along, by name: that of the watcher, and what taps that the run cannot
 /// do without have to remember, under [`tap_entry`].
-fn carried<W: Watch>(watch: &W, feeds: &[Feed]) -> Result<Extra, String> {
+fn carried<W: Watch>(sim: &Simulation, watch: &W, feeds: &[Feed]) -> Result<Extra, String> {
     let mut extra = Extra::new();
     watch.carry(&mut extra)?;
+    if let Some(figures) = Figures::of(sim) {
+        extra.insert(FIGURES.into(), figures.save()?);
+    }
     for feed in feeds.iter().filter(|feed| feed.need == Need::Must) {
         extra.insert(tap_entry(&feed.name), feed.tap.carry()?);
     }
     Ok(extra)
 }
+
+/// The name under which a checkpoint carries the figures.
+const FIGURES: &str = "figures";
 
 /// The name under which a checkpoint carries what a tap has to remember, for [`Tap::go_on`].
 pub fn tap_entry(name: &str) -> String {
@@ -168,6 +178,26 @@ impl<W: Watch> Runner<W> {
         }
     }
 
+    /// Takes figures from the present instant on; those that the checkpoint `begins` carries continue from where they stood.
+    ///
+    /// # Errors
+    /// What of the checkpoint cannot be read; figures then begin anew.
+    pub fn figure(
+        &mut self,
+        mut figures: Figures,
+        begins: Option<&Checkpoint>,
+    ) -> Result<(), String> {
+        let saved = begins.and_then(|c| c.extra.get(FIGURES));
+        let restored = saved.map_or(Ok(()), |saved| figures.restore(saved));
+        figures.observe(&mut self.sim);
+        restored
+    }
+
+    /// The figures, when there are any.
+    pub fn figures(&self) -> Option<&Figures> {
+        Figures::of(&self.sim)
+    }
+
     /// The simulation.
     pub fn sim(&self) -> &Simulation {
         &self.sim
@@ -206,12 +236,12 @@ impl<W: Watch> Runner<W> {
     /// # Errors
     /// A message: the checkpoint cannot be written.
     pub fn carried(&self) -> Result<Extra, String> {
-        carried(&self.watch, &self.feeds)
+        carried(&self.sim, &self.watch, &self.feeds)
     }
 
     /// Feeds a tap from the present tick on.
     pub fn tap(&mut self, name: impl Into<String>, need: Need, tap: Tap) {
-        self.feeds.push(Feed { name: name.into(), need, tap });
+        self.feeds.push(Feed { name: name.into(), need, tap, failed: None });
     }
 
     /// Whether a tap of this name is fed.
@@ -303,6 +333,7 @@ impl<W: Watch> Runner<W> {
         }
         let fresh = self.seen.replace(tick) != Some(tick);
         if fresh {
+            self.sim.observe_now();
             self.watch.tick(&self.sim);
         }
         if let Err(e) = self.rows() {
@@ -322,14 +353,14 @@ impl<W: Watch> Runner<W> {
                 return Some(Pause::Ended(Ended::Tap(e)));
             }
             if let Some(saves) = &mut self.saves {
-                saves.periodic(&self.sim, || carried(&self.watch, &self.feeds));
+                saves.periodic(&self.sim, || carried(&self.sim, &self.watch, &self.feeds));
             }
         }
         if let Some(end) = self.end(goal) {
             return Some(Pause::Ended(end));
         }
         if let Some(saves) = &mut self.saves {
-            saves.keep(&self.sim, || carried(&self.watch, &self.feeds));
+            saves.keep(&self.sim, || carried(&self.sim, &self.watch, &self.feeds));
         }
         if let Some(pace) = &mut self.pace {
             pace.wait(self.sim.time(), &self.stop);
@@ -388,8 +419,12 @@ impl<W: Watch> Runner<W> {
 
     /// Writes a checkpoint of the present tick under this name, whatever the policy says.
     pub fn save(&mut self, name: &str) {
+        // The rows before it are on the disk before a checkpoint names its instant. A log that fails says so at its end.
+        for feed in self.feeds.iter_mut().filter(|feed| feed.need == Need::Must) {
+            feed.failed = feed.tap.flush().err().or(feed.failed.take());
+        }
         if let Some(saves) = &mut self.saves {
-            saves.write(&self.sim, carried(&self.watch, &self.feeds), name);
+            saves.write(&self.sim, carried(&self.sim, &self.watch, &self.feeds), name);
         }
     }
 

@@ -80,7 +80,10 @@ impl Saves {
         sim: &Simulation,
         carried: impl FnOnce() -> Result<Extra, String>,
     ) {
-        let name = format!("checkpoint_{}.lwck", time_name(sim.time()));
+        // Rows that are nearer than a nanosecond have all their digits.
+        let fine = sim.plan().base.seconds() < 1e-9;
+        let time = if fine { format!("{}", sim.time()) } else { time_name(sim.time()) };
+        let name = format!("checkpoint_{time}.lwck");
         self.write(sim, carried(), &name);
         let path = self.folder.join(&name);
         // One that could not be written makes no older one go.
@@ -154,9 +157,13 @@ impl Saves {
     }
 }
 
-/// What every checkpoint of a run carries: the simulation's name, the names of the signals.
+/// The name under which a checkpoint carries what built the program that wrote it.
+pub const BUILT: &str = "built";
+
+/// What every checkpoint of a run carries: what built the program, the simulation's name, the names of the signals.
 fn fill(c: &mut Checkpoint, name: &str, plan: &Plan) -> Result<(), String> {
     c.extra.insert("name".into(), name.as_bytes().to_vec());
+    c.extra.insert(BUILT.into(), crate::built().into_bytes());
     let signals = rmp_serde::to_vec(&signal_names(plan)).map_err(|e| e.to_string())?;
     c.extra.insert("signals".into(), signals);
     Ok(())
@@ -173,7 +180,37 @@ pub fn signal_names(plan: &Plan) -> Vec<String> {
     names
 }
 
-/// A time in the name of a file: `10`, `2.5`, `0.3333`. Different ticks have different names.
+/// A time (s) in the name of a file: `10`, `2.5`, `0.333333333`. Instants that are a nanosecond apart have different names.
 pub fn time_name(t: f64) -> String {
-    format!("{t}")
+    let whole = format!("{t}");
+    match whole.split_once('.') {
+        Some((_, digits)) if digits.len() > 9 => {
+            let short = format!("{t:.9}");
+            short.trim_end_matches('0').trim_end_matches('.').to_string()
+        }
+        _ => whole,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::time_name;
+
+    #[test]
+    fn names_of_instants_are_short_and_different() {
+        let names = [
+            (0.0, "0"),
+            (10.0, "10"),
+            (0.1 + 0.2, "0.3"),
+            (1.0 / 3.0, "0.333333333"),
+            (2.0 / 3.0, "0.666666667"),
+            (1e-7, "0.0000001"),
+            (123_456.789_012_345, "123456.789012345"),
+            (1e15, "1000000000000000"),
+        ];
+        for (t, name) in names {
+            assert_eq!(time_name(t), name);
+        }
+        assert_ne!(time_name(0.333_333_333), time_name(0.333_333_334));
+    }
 }

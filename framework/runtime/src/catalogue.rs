@@ -260,6 +260,24 @@ impl Catalogue {
     /// One, or the fault that says what there is.
     pub fn find(&self, name: &str, origin: crate::Origin, user: &str) -> Result<&Entry, Fault> {
         self.entries.get(name).ok_or_else(|| {
+            // A library of somebody's own is in a program of its own.
+            let library = |name: &str| name.split_once('.').map(|(library, _)| library.to_string());
+            if let Some(own) = library(name)
+                && !self.entries.keys().any(|known| library(known).as_deref() == Some(&own))
+            {
+                let all: std::collections::BTreeSet<String> =
+                    self.entries.keys().filter_map(|known| library(known)).collect();
+                let all: Vec<&str> = all.iter().map(String::as_str).collect();
+                let fact = format!(
+                    "`{user}`: there is no model `{name}`: this program has no library `{own}`"
+                );
+                let help = format!(
+                    "run the file with the program that has that library (`linkwork new library` makes one), or in \
+                     Python with its package or with `models`; {}",
+                    remedy(&own, "libraries here", &all)
+                );
+                return Fault::new(origin, fact).help(help);
+            }
             let known: Vec<&str> = self.entries.keys().map(String::as_str).collect();
             Fault::new(origin, format!("`{user}`: there is no model `{name}`"))
                 .help(remedy(name, "models", &known))

@@ -122,6 +122,15 @@ pub enum CheckpointError {
         /// What differs.
         why: String,
     },
+    /// It holds what no run can have written.
+    #[error(
+        "the checkpoint holds what no run writes: {why}\n  help: it was changed or damaged; take a copy that is whole, or \
+         an earlier checkpoint"
+    )]
+    Impossible {
+        /// What.
+        why: String,
+    },
     /// A model's store cannot be saved or restored.
     #[error("the store of `{part}`: {why}")]
     Store {
@@ -255,6 +264,9 @@ impl Simulation {
         if !fits {
             return mismatch(format!("tick {} is not at row {} of the table", c.tick, c.row));
         }
+        if let Some(why) = impossible(c, &plan) {
+            return Err(CheckpointError::Impossible { why });
+        }
         self.enter(c.instant.phase);
         self.state.tick = c.tick;
         self.state.row = c.row;
@@ -281,6 +293,9 @@ impl Simulation {
         }
         self.replaced();
         self.take_pins(&c.pins).map_err(|why| CheckpointError::Mismatch { why })?;
+        if let Some((path, value)) = self.bad_variable() {
+            return Err(CheckpointError::Impossible { why: format!("`{path}` is {value}") });
+        }
         // What this run said of its own start is no matter of the state that it has now.
         self.judge();
         Ok(())
@@ -303,6 +318,45 @@ impl Simulation {
         noise::hash(bytes)
     }
 }
+
+/// What in a checkpoint of this plan no run can have written: numbers that are none, instants that are not between two rows.
+fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
+    let Instant { since, micro, memory, .. } = &c.instant;
+    let gap = plan.base.times(plan.table[c.row as usize].gap);
+    if !(*since >= 0.0 && *since <= gap) {
+        return Some(format!("an instant {since} s after a row, and rows are {gap} s apart"));
+    }
+    let time = plan.base.times(c.tick) + since;
+    if c.time.to_bits() != time.to_bits() {
+        return Some(format!("tick {} is {time} s, and it says {} s", c.tick, c.time));
+    }
+    // A double holds no finer time.
+    if c.tick as f64 * plan.base.seconds() > TIME_MAX || time + gap == time {
+        return Some(format!("tick {} at {time} s, where a row has no length any more", c.tick));
+    }
+    if *micro > EVENTS_MAX {
+        return Some(format!("{micro} events at one instant"));
+    }
+    let (next, error) = *memory;
+    if !(next >= 0.0 && error >= 0.0) {
+        return Some(format!("a step of {next} s with an error of {error}"));
+    }
+    let mut guards = c.guards.iter().zip(&plan.guards);
+    let bad = guards.find(|((value, change, side, _), _)| {
+        value.is_nan() || change.is_nan() || !(-1..=1).contains(side)
+    });
+    if let Some((_, guard)) = bad {
+        return Some(format!("guard `{}` stands nowhere", guard.name));
+    }
+    c.pins
+        .iter()
+        .find(|(_, y)| !y.is_finite())
+        .map(|(path, y)| format!("`{path}` is pinned to {y}"))
+}
+
+/// Longest simulated time (s) and events at one instant that are believed.
+const TIME_MAX: f64 = 1e15;
+const EVENTS_MAX: u32 = 1001;
 
 /// That every store of a plan can be saved.
 fn savable(plan: &Plan) -> Result<(), CheckpointError> {

@@ -2,6 +2,8 @@
 //!
 //! A simulation is compiled from a flat [`Spec`] into a `Plan` (shared, constant) and run as a
 //! `Simulation` (everything that changes). Order comes from the wires; see `compile`.
+// Mathematical functions with the same bits on every machine: they are called by their names in C.
+extern crate linkwork_maths as _;
 extern crate self as linkwork_runtime;
 
 mod block;
@@ -77,8 +79,8 @@ pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };
 pub use step::{
-    GuardState, MoveReport, Notice, Profile, RunError, Simulation, Spent, State, Stop,
-    VariableError,
+    GuardState, MoveReport, Notice, Observer, Profile, RunError, Simulation, Spent, State, Stop,
+    Stretch, VariableError,
 };
 pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};

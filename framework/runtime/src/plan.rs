@@ -77,6 +77,8 @@ pub struct Plan {
     pub conditions: Vec<Watched>,
     /// What is evaluated to know the guards (indices into `ops`).
     pub guard_ops: Vec<u32>,
+    /// What signals follow from.
+    pub(crate) flow: Flow,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
     /// Algebraic loops that are solved.
@@ -89,6 +91,40 @@ pub struct Plan {
     pub warnings: Vec<Fault>,
     /// What its hash is made of.
     pub(crate) identity: Identity,
+}
+
+/// What signals follow from: operations by their indices into `ops`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Flow {
+    /// The operation that writes each signal lane; `u32::MAX`: none does.
+    pub producer: Vec<u32>,
+    /// The operations whose outputs each operation reads.
+    pub depends: Vec<Vec<u32>>,
+    /// The operations whose outputs may change at any time.
+    pub continuous: Vec<bool>,
+}
+
+impl Flow {
+    /// Whether a signal may change at any time, and not at ticks only.
+    pub fn is_continuous(&self, lane: u32) -> bool {
+        let op = self.producer.get(lane as usize);
+        op.and_then(|op| self.continuous.get(*op as usize)).copied().unwrap_or(false)
+    }
+
+    /// Continuous operations that these lanes follow from, in order.
+    pub fn upstream(&self, lanes: impl Iterator<Item = u32>) -> Vec<u32> {
+        let producer = |lane: u32| self.producer.get(lane as usize).copied();
+        let mut stack: Vec<u32> = lanes.filter_map(producer).collect();
+        let mut needed = vec![false; self.depends.len()];
+        while let Some(k) = stack.pop() {
+            if let Some(needed) = needed.get_mut(k as usize).filter(|needed| !**needed) {
+                *needed = true;
+                stack.extend(&self.depends[k as usize]);
+            }
+        }
+        let continuous = |k: usize| needed[k] && self.continuous[k];
+        (0..needed.len()).filter(|&k| continuous(k)).map(|k| k as u32).collect()
+    }
 }
 
 /// A part that asks a service at a node that is bound to it.

@@ -436,6 +436,11 @@ impl Files {
     /// folders tried.
     pub fn resolve(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
         let path = self.find(name)?;
+        // A device or a pipe may never end.
+        if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+            let fact = format!("`{name}` is neither a file nor a folder");
+            return Err(crate::BuildError::new(fact).help("name a regular file"));
+        }
         if let (Ok(print), Ok(mut found)) = (fingerprint(&path), self.found.lock()) {
             found.insert(name.to_string(), print);
         }

@@ -101,6 +101,8 @@ struct Channel {
     /// Waits left.
     patience: u32,
     dropped: u64,
+    /// The process in which the consumer's thread is.
+    process: u32,
 }
 
 impl Tap {
@@ -149,7 +151,8 @@ impl Tap {
         })?;
         let patience = PATIENCE.1;
         let full = Some(full);
-        let channel = Channel { full, empty, done, overflow, patience, dropped: 0 };
+        let process = std::process::id();
+        let channel = Channel { full, empty, done, overflow, patience, dropped: 0, process };
         Ok(Tap { groups, channel })
     }
 
@@ -190,7 +193,10 @@ impl Tap {
     /// Tells the consumer that a variable was changed at the present tick, before its rows. Not told to a consumer that
     /// may lose rows. A consumer that has failed says so at the next sample.
     pub fn set(&mut self, sim: &Simulation, path: &str, change: Change, value: f64) {
-        if let (Overflow::Wait, Some(full)) = (self.channel.overflow, &self.channel.full) {
+        let here = !self.channel.is_elsewhere();
+        if let (Overflow::Wait, Some(full), true) =
+            (self.channel.overflow, &self.channel.full, here)
+        {
             let (tick, base) = (sim.state().tick, sim.plan().base);
             let (ns, path) = (nanoseconds(tick, base), path.to_string());
             let set = SetRow { tick, ns, path, change, value };
@@ -206,6 +212,9 @@ impl Tap {
     pub fn flush(&mut self) -> Result<(), String> {
         if self.channel.overflow == Overflow::Drop {
             return Ok(());
+        }
+        if self.channel.is_elsewhere() {
+            return self.channel.end();
         }
         let (answer, answered) = sync_channel(1);
         let sent =
@@ -250,9 +259,14 @@ impl Tap {
 impl Sink for Channel {
     fn room(&mut self) -> Result<Option<TapRow>, String> {
         if self.overflow == Overflow::Wait {
-            return match self.empty.recv() {
+            return match self.empty.try_recv() {
                 Ok(row) => Ok(Some(row)),
-                Err(_) => self.end().map(|()| None),
+                Err(TryRecvError::Empty) if self.is_elsewhere() => Err(ELSEWHERE.into()),
+                Err(TryRecvError::Empty) => match self.empty.recv() {
+                    Ok(row) => Ok(Some(row)),
+                    Err(_) => self.end().map(|()| None),
+                },
+                Err(TryRecvError::Disconnected) => self.end().map(|()| None),
             };
         }
         loop {
@@ -292,7 +306,16 @@ impl Sink for Channel {
 }
 
 impl Channel {
+    /// Whether this process was forked from that of the consumer's thread: nobody takes rows here.
+    fn is_elsewhere(&self) -> bool {
+        std::process::id() != self.process
+    }
+
     fn end(&mut self) -> Result<(), String> {
+        if self.is_elsewhere() {
+            self.full = None;
+            return Err(ELSEWHERE.into());
+        }
         match self.full.take() {
             None => Err("the tap has ended".into()),
             Some(full) => {
@@ -302,6 +325,9 @@ impl Channel {
         }
     }
 }
+
+const ELSEWHERE: &str = "this process was forked after its log was begun, and the thread that writes it is in the parent\n  \
+     help: begin logs in the child, or start processes by `spawn`";
 
 const PANICKED: &str = "the consumer of the tap panicked";
 

@@ -30,6 +30,10 @@ const LANES: usize = 8;
 pub fn read_recording(path: &Path) -> Result<BTreeMap<String, Shown>, VizError> {
     let name = path.display();
     let fault = |e: String| VizError(format!("`{name}`: {e}"));
+    // A pipe would be waited for.
+    if !path.metadata().map_err(|e| fault(e.to_string()))?.is_file() {
+        return Err(fault("it is no file".into()));
+    }
     let file = BufReader::new(File::open(path).map_err(|e| fault(e.to_string()))?);
     let mut shown = BTreeMap::new();
     for message in DecoderApp::decode_eager(file).map_err(|e| fault(e.to_string()))? {
@@ -49,7 +53,7 @@ pub fn read_recording(path: &Path) -> Result<BTreeMap<String, Shown>, VizError> 
 
 fn take(chunk: &Chunk, shown: &mut BTreeMap<String, Shown>) -> Result<(), Wrap> {
     let times: Option<Vec<f64>> = (chunk.timelines().get(&TIMELINE.into()))
-        .map(|column| column.times().map(|t: TimeInt| t.as_i64() as f64 * 1e-9).collect());
+        .map(|column| column.times().map(|t: TimeInt| t.as_i64() as f64 / 1e9).collect());
     let entity = chunk.entity_path().to_string();
     // When and by what it was recorded.
     if chunk.entity_path().is_reserved() {

@@ -9,6 +9,7 @@ mod entry;
 mod fork;
 mod ground;
 mod inspect;
+mod keeps;
 mod live;
 mod log_rows;
 mod make;

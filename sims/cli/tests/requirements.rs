@@ -8,7 +8,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let lab = lab();
     let sim = edited(&[(
         "figures: {",
-        "figures: { \"late\": (of: \"bob.angle\", at: \"time > 0.5 s\"), \"early\": (of: \"bob.angle\", at: \"time > 0.1 s\", take: \"max\"),",
+        "figures: { \"late\": (of: \"bob.angle\", at: \"time > 0.5 s\"), \"early\": (of: \"bob.angle\", at: \"time > 0.1 s\"),",
     )]);
     lab.write("sim.ron", &sim);
     let plain = FILE.replace("runs: 60", "runs: 30");
@@ -120,7 +120,8 @@ fn runs_of_a_footprint_that_is_too_wide_miss_by_causes_with_names() {
     first_runs(&lab, "mars_edl", "footprint.ron", 8);
     let narrow = lab.linkwork(&["campaign", "footprint.ron", "--out", "narrow"]).code(0);
     println!("{}", narrow.out);
-    assert!(narrow.out.contains("8 of 8 kept all that is required: 100.0 % (67.6 to 100.0 %"));
+    // Runs of a Latin hypercube are not independent: the share has no interval of confidence.
+    assert!(narrow.out.contains("8 of 8 kept all that is required: 100.0 %\n"));
     let text = std::fs::read_to_string(lab.path("footprint.ron")).unwrap();
     let wide = text
         .replace("deviation: 0.35)", "deviation: 6)")

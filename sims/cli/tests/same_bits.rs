@@ -204,3 +204,67 @@ fn a_resumed_run_keeps_the_log_of_what_came_before() {
     );
     assert_eq!(common::names(&lab.path("runs")).len(), 2);
 }
+
+/// Of the C library no mathematical function is taken: it has several, and chooses by the processor.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_program_takes_no_mathematical_function_of_the_c_library() {
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_linkwork"));
+    // The library of exported units beside it.
+    let unit = program.with_file_name("liblinkwork_unit.so");
+    let names = [
+        "sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
+        "asinh", "acosh", "atanh", "exp", "exp2", "exp10", "expm1", "log", "log2", "log10",
+        "log1p", "pow", "cbrt", "hypot", "tgamma", "lgamma", "lgamma_r", "erf", "erfc",
+    ];
+    for file in [program, &unit] {
+        if file == unit && !unit.exists() {
+            continue;
+        }
+        let Ok(listed) = std::process::Command::new("nm").arg("-D").arg(file).output() else {
+            assert!(std::env::var_os("CI").is_none(), "there is no `nm`");
+            println!("skipped: there is no `nm`");
+            return;
+        };
+        let text = String::from_utf8(listed.stdout).unwrap();
+        let taken: Vec<&str> = text
+            .lines()
+            .filter_map(|line| line.trim().strip_prefix("U "))
+            .map(|name| name.split('@').next().unwrap_or(name))
+            .collect();
+        assert!(taken.contains(&"malloc"), "{}: nm lists what is taken", file.display());
+        let bad: Vec<&&str> = taken
+            .iter()
+            .filter(|name| names.contains(name) || names.contains(&name.trim_end_matches('f')))
+            .collect();
+        assert!(bad.is_empty(), "{}: {bad:?}", file.display());
+    }
+}
+
+/// The last states of simulations with glibc's functions for FMA and AVX2, and with those for any processor.
+#[cfg(target_os = "linux")]
+#[test]
+fn other_functions_of_the_c_library_change_no_bits() {
+    let lab = Lab::new();
+    for (sim, until) in [
+        ("pendulum", "5s"),
+        ("mars_edl", "40s"),
+        ("sol", "600s"),
+        ("attitude", "20s"),
+        ("rover_traverse", "2s"),
+        ("earth_orbit", "6000s"),
+    ] {
+        let hash = |out: &str, tunables: &str| {
+            let file = common::sim(sim);
+            let args =
+                ["run", &file, "--out", out, "--save-rrd", "off", "--no-log", "--until", until];
+            let ran = lab.command(&args).env("GLIBC_TUNABLES", tunables).output().unwrap();
+            common::Said::from(ran).code(0);
+            lab.hash(out)
+        };
+        let usual = hash("usual", "");
+        let other =
+            hash("other", "glibc.cpu.hwcaps=-AVX2_Usable,-FMA_Usable,-AVX2,-FMA,-FMA4,-AVX512F");
+        assert_eq!(usual, other, "{sim}");
+    }
+}

@@ -229,6 +229,11 @@ fn logs_that_are_no_logs_equal_nothing() {
     // A run that logs nothing.
     lab.write("silent.ron", &edited(&[("log: [(channels: [\"**\"], rate: \"100 Hz\")],", "")]));
     lab.run("silent.ron", "silent", &[]).code(0);
+    let poses = lab.linkwork(&["diff", "silent/run.mcap", "silent/run.mcap"]).code(0).out;
+    assert!(poses.starts_with("equal: 7 series"), "{poses}");
+    let nothing = "Simulation(parts: { \"S\": (model: \"basics.constant\", params: { \"value\": 1 }) }, until: \"1 s\")";
+    lab.write("silent.ron", nothing);
+    lab.run("silent.ron", "silent", &[]).code(0);
     lab.linkwork(&["diff", "silent/run.mcap", "silent/run.mcap"])
         .code(2)
         .tells(&["holds no numbers", "help: "]);

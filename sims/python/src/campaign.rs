@@ -56,8 +56,15 @@ impl Campaign {
         Outcome { outcome, names }
     }
 
-    fn open(&self, folder: &Path) -> PyResult<Folder> {
-        Folder::open(folder, &self.campaign).map_err(refuse)
+    fn open(&self, py: Python<'_>, path: &Path) -> PyResult<Folder> {
+        let folder = Folder::open(path, &self.campaign).map_err(refuse)?;
+        for (line, why) in &folder.journal.damaged {
+            let journal = Folder::journal_in(path);
+            let fact = format!("the journal `{}`, line {line}: {why}", journal.display());
+            let text = std::ffi::CString::new(format!("{fact}; its run is made again")).unwrap_or_default();
+            PyErr::warn(py, &py.get_type::<pyo3::exceptions::PyUserWarning>(), &text, 1)?;
+        }
+        Ok(folder)
     }
 
     /// Writes tables and report of what has ended.
@@ -274,7 +281,7 @@ impl Campaign {
             return Err(refuse_with("`threads` is 0", "give 1 or more, or leave it out"));
         }
         let threads = threads.unwrap_or_else(cores);
-        let mut folder = self.open(&folder)?;
+        let mut folder = self.open(py, &folder)?;
         let stop = Stop::default();
         let orders = Orders { library: &self.library, threads, stop: stop.clone() };
         let gathered = &mut folder;
@@ -315,7 +322,7 @@ impl Campaign {
 
     /// For programs that spread runs themselves: the folder in which the lines of `_make` are gathered.
     fn _gather(slf: Py<Self>, py: Python<'_>, folder: PathBuf) -> PyResult<Gathering> {
-        let folder = slf.bind(py).get().open(&folder)?;
+        let folder = slf.bind(py).get().open(py, &folder)?;
         Ok(Gathering { campaign: slf, folder: Mutex::new(Some(folder)) })
     }
 

@@ -42,7 +42,7 @@ pub struct Core {
     spare: Mutex<Vec<Box<Workspace>>>,
     derivatives: Mutex<Vec<Derivatives>>,
     /// By number of threads.
-    ensembles: Mutex<Vec<(usize, Ensemble)>>,
+    ensembles: Mutex<Vec<Threaded>>,
     /// For loops and couplings.
     pub constrained: Mutex<Vec<crate::constraints::Constrained>>,
     /// For inverse kinematics.
@@ -56,6 +56,13 @@ pub fn lock<T>(m: &Mutex<T>) -> MutexGuard<'_, T> {
 
 fn origin_of(body: &str) -> String {
     format!("origin of {body}")
+}
+
+/// An ensemble, for how many threads, and the process that they are in.
+struct Threaded {
+    threads: usize,
+    process: u32,
+    ensemble: Ensemble,
 }
 
 impl Core {
@@ -128,14 +135,20 @@ impl Core {
 
     /// Runs `f` on an ensemble of so many threads.
     pub fn with_ensemble<R>(&self, threads: usize, f: impl FnOnce(&mut Ensemble) -> R) -> R {
+        let own = std::process::id();
         let spare = {
             let mut all = lock(&self.ensembles);
-            all.iter().position(|(n, _)| *n == threads).map(|k| all.swap_remove(k).1)
+            // After a fork the threads of the parent's ensembles are not here: waiting for them would not end, nor may they be told to.
+            let (here, gone) = std::mem::take(&mut *all).into_iter().partition(|e| e.process == own);
+            *all = here;
+            let gone: Vec<Threaded> = gone;
+            gone.into_iter().for_each(std::mem::forget);
+            all.iter().position(|e| e.threads == threads).map(|k| all.swap_remove(k).ensemble)
         };
         let mut ensemble = spare.unwrap_or_else(|| Ensemble::new(self.tree.clone(), threads));
         ensemble.set_uniform_gravity(self.gravity());
         let result = f(&mut ensemble);
-        lock(&self.ensembles).push((threads, ensemble));
+        lock(&self.ensembles).push(Threaded { threads, process: own, ensemble });
         result
     }
 

@@ -1,5 +1,7 @@
 """Structure, coordinates, dynamics of random mechanisms, batches, refusals, threads."""
 
+import os
+import signal
 import threading
 import time
 
@@ -465,3 +467,20 @@ def test_a_printed_mechanism_has_masses_without_rounding_in_the_last_digits():
     text = str(lw.load(SOURCE / "assemblies/arms/six_axis.urdf"))
     assert text.splitlines()[0] == "8 bodies, nq=6, nv=6, 21.1 kg"
     assert "forearm  pin  q[2:3] v[2:3]  2.3 kg" in text
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+@pytest.mark.filterwarnings("ignore:.*fork")
+def test_a_child_after_fork_makes_threads_of_its_own():
+    """The child waited for the threads of its parent, which it does not have."""
+    arm = lw.Builder().body("a", "world", lw.Hinge.pin([0, 1, 0]), mass=1.0, com=[0, 0, -1], inertia=np.eye(3)).build()
+    many = np.linspace(0, 1, 1000)[:, None]
+    wanted = arm.mass_matrix(many, threads=2)
+    child = os.fork()
+    if child == 0:
+        signal.alarm(30)
+        same = np.array_equal(arm.mass_matrix(many, threads=2), wanted)
+        os._exit(0 if same else 1)
+    _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == 0
+    assert np.array_equal(arm.mass_matrix(many, threads=2), wanted)

@@ -68,8 +68,9 @@ fn unquoted(text: &str) -> String {
 }
 
 /// Floors, in tenths so that the façade finds its place above the floors that it re-exports.
-const FLOORS: [(&str, u32); 23] = [
+const FLOORS: [(&str, u32); 24] = [
     ("framework/derive", 0),
+    ("framework/maths", 0),
     ("framework/spatial", 10),
     ("framework/multibody", 20),
     ("framework/world", 20),
@@ -137,7 +138,8 @@ pub fn arrows(all: &[Manifest], allowed_up: &[(&str, &str)]) -> Vec<String> {
 }
 
 /// Heavy dependencies and the only folder that may name each; a trailing `*` matches a prefix.
-pub const HOMES: [(&str, &str); 26] = [
+pub const HOMES: [(&str, &str); 27] = [
+    ("libm", "framework/maths"),
     ("cbindgen", "framework/embedded_c"),
     ("libloading", "framework/fmi"),
     ("zip", "framework/fmi"),

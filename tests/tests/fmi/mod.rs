@@ -223,3 +223,57 @@ fn arrays_are_lanes_and_units_are_converted() {
     // The raw number is a thousand times that.
     assert!((sim.get("B.both[0]").unwrap() - 1e3 * b).abs() < 1e-11);
 }
+
+/// The unit of a difference has no offset: FMI 2.0.4, 2.2.3 and FMI 3.0.2, 2.2.4 (`relativeQuantity`), asked for in FMPy issue 865.
+/// v and the stiffness are differences of temperatures, x and the damping are temperatures.
+#[test]
+fn differences_of_temperatures_have_no_offset() {
+    if !compiler() {
+        return;
+    }
+    for version in VERSIONS {
+        for by_type in [false, true] {
+            let bench = Bench::new();
+            let celsius = "<UnitDefinitions><Unit name=\"Celsius\"><BaseUnit K=\"1\" offset=\"273.15\"/></Unit>";
+            let of = "unit=\"Celsius\" relativeQuantity=\"true\"";
+            let types = match version {
+                2 => format!(
+                    "<TypeDefinitions><SimpleType name=\"Change\"><Real {of}/></SimpleType></TypeDefinitions>"
+                ),
+                _ => format!(
+                    "<TypeDefinitions><Float64Type name=\"Change\" {of}/></TypeDefinitions>"
+                ),
+            };
+            let change = if by_type { "declaredType=\"Change\"" } else { of };
+            let described = |text: String| {
+                let edits = [
+                    ("<UnitDefinitions>", celsius.to_string()),
+                    ("</UnitDefinitions>", format!("</UnitDefinitions>{types}")),
+                    ("start=\"1\" unit=\"m\"", "start=\"1\" unit=\"Celsius\"".into()),
+                    ("start=\"0\" unit=\"m/s\"", format!("start=\"0\" {change}")),
+                    ("start=\"4\"", format!("start=\"4\" {change}")),
+                    ("start=\"0.4\"", "start=\"0.4\" unit=\"Celsius\"".into()),
+                ];
+                edits.iter().fold(text, |text, (a, b)| {
+                    assert!(text.contains(a), "{a}");
+                    text.replacen(a, b, 1)
+                })
+            };
+            bench.unit("spring.fmu", version, Model::Spring, described);
+            for (written, k) in [("7 Celsius", 7.0), ("7 degC", 7.0), ("7 K", 7.0)] {
+                let unit = format!(
+                    r#"model: "fmi.model_exchange", params: {{ "file": "spring.fmu", "start": {{ "stiffness": "{written}", "damping": "0.4 degC" }} }}"#
+                );
+                let sim =
+                    bench.sim(&spring(&unit, "2 ms", r#""Force.y -> Spring.force""#)).unwrap();
+                let found =
+                    ["Spring.x", "Spring.v", "Spring.spring_a"].map(|name| sim.get(name).unwrap());
+                assert_eq!(
+                    found,
+                    [274.15, 0.0, -k],
+                    "FMI {version}, {written}, by type: {by_type}"
+                );
+            }
+        }
+    }
+}

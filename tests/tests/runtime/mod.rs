@@ -4,6 +4,7 @@ mod allocation;
 mod camera;
 mod campaigns;
 mod determinism;
+mod figures;
 mod linear;
 mod masses;
 mod power;

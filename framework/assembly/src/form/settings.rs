@@ -41,18 +41,32 @@ record! {
     }
 }
 /// Which number of a variable's history a figure is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Take {
-    /// At the end.
+    /// The value at the end.
     Last,
-    /// Smallest.
+    /// The least value, with its sign.
     Min,
-    /// Largest.
+    /// The largest value, with its sign.
     Max,
-    /// Mean over time.
+    /// The largest magnitude.
+    MaxAbs,
+    /// The largest value less the least.
+    Range,
+    /// The mean over time.
     Mean,
-    /// Root of the mean square.
+    /// The root of the mean square over time.
     Rms,
+    /// The standard deviation over time.
+    Std,
+    /// The value that the variable is below for this share of the time (%).
+    Percentile(f64),
+    /// The instant of the least value (s).
+    TimeOfMin,
+    /// The instant of the largest value (s).
+    TimeOfMax,
+    /// The instant of the largest magnitude (s).
+    TimeOfMaxAbs,
 }
 record! {
     struct FigureForm: "figure" {
@@ -60,16 +74,25 @@ record! {
         of: Option<Text> = text().maybe(),
         /// Instead of a variable: a condition, as those of transitions; 1 while it holds, 0 while it does not.
         when: Option<Text> = text().maybe(),
-        /// Of a variable: its value at the first step at which this condition holds; none where it never does.
+        /// Of a variable: its value at the first instant at which this condition holds; none where it never does.
         at: Option<Text> = text().maybe(),
         /// Which number of its history.
         take: Take = word(&[
             ("last", Take::Last),
             ("min", Take::Min),
             ("max", Take::Max),
+            ("max_abs", Take::MaxAbs),
+            ("range", Take::Range),
             ("mean", Take::Mean),
             ("rms", Take::Rms),
+            ("std", Take::Std),
+            ("percentile", Take::Percentile(0.0)),
+            ("time_of_min", Take::TimeOfMin),
+            ("time_of_max", Take::TimeOfMax),
+            ("time_of_max_abs", Take::TimeOfMaxAbs),
         ]).or(Take::Last),
+        /// Of a percentile: which one (%), from 0 to 100.
+        percent: Option<f64> = number("").at_least(0.0).maybe(),
         /// Unit as shown; that of the variable when none is written.
         unit: Option<Text> = unit().maybe();
         origin
@@ -90,7 +113,7 @@ pub struct Figure {
     pub name: String,
     /// What is looked at.
     pub of: FigureOf,
-    /// A condition: the number is that of the first step at which it holds.
+    /// A condition: the number is that of the first instant at which it holds.
     pub at: Option<Text>,
     /// Which number.
     pub take: Take,
@@ -521,7 +544,29 @@ fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
     for (name, item) in crate::schema::read::table(cx, v, "simulation: `figures`") {
         let at = At::new(format!("figure `{name}`")).origin(cx.key(item));
         let Some(form) = FigureForm::read(cx, item, &at) else { continue };
-        let FigureForm { of, when, at: first, take, unit, origin } = form;
+        let FigureForm { of, when, at: first, take, percent, unit, origin } = form;
+        let take = match (take, percent) {
+            (Take::Percentile(_), Some(percent)) if percent <= 100.0 => Take::Percentile(percent),
+            (Take::Percentile(_), _) => {
+                let fact = match percent {
+                    Some(percent) => format!("{}: a percentile of {percent} %", at.what),
+                    None => format!("{}: which percentile is not written", at.what),
+                };
+                cx.fault(origin, fact, "write `percent`, from 0 to 100: percent: 95");
+                continue;
+            }
+            (take, None) => take,
+            (_, Some(_)) => {
+                let fact = format!("{}: `percent` is of a percentile", at.what);
+                cx.fault(origin, fact, "write take: \"percentile\", or take `percent` out");
+                continue;
+            }
+        };
+        if first.is_some() && take != Take::Last {
+            let fact = format!("{}: `at` gives one value, of which nothing can be taken", at.what);
+            cx.fault(origin, fact, "leave `take` out, or `at`");
+            continue;
+        }
         let of = match (of, when) {
             (Some(of), None) => FigureOf::Variable(of),
             (None, Some(when)) => {

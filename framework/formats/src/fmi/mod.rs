@@ -181,8 +181,10 @@ pub struct FmiVariable {
     pub size: usize,
     /// It has dimensions, if only one of size 1.
     pub is_array: bool,
-    /// Unit, when it has one.
+    /// Unit, when it has one; without an offset when it is a difference.
     pub unit: Option<UnitDefinition>,
+    /// It is a difference (`relativeQuantity`): offsets of units do not count.
+    pub relative: bool,
     /// Typical magnitude.
     pub nominal: Option<f64>,
     /// Meaning.

@@ -27,9 +27,18 @@ struct Reader {
 /// Units and types by name.
 struct Names {
     units: BTreeMap<String, UnitDefinition>,
-    /// Unit and nominal value of a type.
-    types: BTreeMap<String, (Option<String>, Option<f64>)>,
+    types: BTreeMap<String, OfType>,
 }
+
+/// What variables of a type have unless they say otherwise.
+struct OfType {
+    unit: Option<String>,
+    nominal: Option<f64>,
+    relative: bool,
+}
+
+/// The attribute of differences.
+const RELATIVE: &str = "relativeQuantity";
 
 impl Reader {
     fn fault(&mut self, at: &Element, attribute: &str, kind: FaultKind) {
@@ -193,7 +202,9 @@ impl Reader {
             let inner = if e.name == "SimpleType" { e.child("Real") } else { Some(e) };
             let Some(inner) = inner else { continue };
             let nominal = self.get(inner, "nominal", "a number");
-            types.insert(name.to_string(), (inner.attr("unit").map(str::to_string), nominal));
+            let relative = self.flag(inner, RELATIVE);
+            let unit = inner.attr("unit").map(str::to_string);
+            types.insert(name.to_string(), OfType { unit, nominal, relative });
         }
         Names { units, types }
     }
@@ -314,7 +325,7 @@ impl Reader {
                 _ => Some(Initial::Calculated),
             },
         };
-        let (unit, nominal) = self.measure(typed, names);
+        let (unit, nominal, relative) = self.measure(typed, names);
         let (size, is_array) = self.size(e, sizes)?;
         let start = match kind {
             VariableKind::String => match typed.attr("start") {
@@ -342,20 +353,33 @@ impl Reader {
             size,
             is_array,
             unit,
+            relative,
             nominal,
             doc,
         })
     }
 
-    fn measure(&mut self, e: &Element, names: &Names) -> (Option<UnitDefinition>, Option<f64>) {
+    /// Unit, typical magnitude, and whether it is a difference. The unit of a difference has no offset: 5 degC of it are 5 K.
+    fn measure(
+        &mut self,
+        e: &Element,
+        names: &Names,
+    ) -> (Option<UnitDefinition>, Option<f64>, bool) {
         let of_type = e.attr("declaredType").and_then(|t| names.types.get(t));
-        let nominal = self.get(e, "nominal", "a number").or(of_type.and_then(|t| t.1));
-        let unit = e.attr("unit").map(str::to_string).or(of_type.and_then(|t| t.0.clone()));
+        let nominal = self.get(e, "nominal", "a number").or(of_type.and_then(|t| t.nominal));
+        let unit = e.attr("unit").map(str::to_string).or(of_type.and_then(|t| t.unit.clone()));
+        let relative = match e.attr(RELATIVE) {
+            Some(_) => self.flag(e, RELATIVE),
+            None => of_type.is_some_and(|t| t.relative),
+        };
         let unit = unit.map(|name| match names.units.get(&name) {
+            Some(UnitDefinition { base: Some((exponents, factor, _)), .. }) if relative => {
+                UnitDefinition { name, base: Some((*exponents, *factor, 0.0)) }
+            }
             Some(defined) => defined.clone(),
             None => UnitDefinition { name, base: None },
         });
-        (unit, nominal)
+        (unit, nominal, relative)
     }
 
     fn size(&mut self, e: &Element, sizes: &BTreeMap<u32, u64>) -> Option<(usize, bool)> {

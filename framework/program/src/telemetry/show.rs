@@ -182,7 +182,7 @@ pub fn beside(
 
 /// Whether two at least of the instants of a log (ns, rising) are rows.
 fn common(instants: &[u64], row: impl Fn(f64) -> bool) -> bool {
-    instants.iter().filter(|ns| row(**ns as f64 * 1e-9)).nth(1).is_some()
+    instants.iter().filter(|ns| row(**ns as f64 / 1e9)).nth(1).is_some()
 }
 
 /// The shapes of a body and of what it carries, tinted, on the body that is told.
@@ -228,7 +228,7 @@ impl Beside {
         bodies: &[(String, Pose)],
         player: &mut Player,
     ) -> Result<(), VizError> {
-        let t = ns as f64 * 1e-9;
+        let t = ns as f64 / 1e9;
         let mut all = bodies.to_vec();
         let mut told: Vec<(String, f64)> = Vec::new();
         let at_rows = self.at_rows[0].iter();
@@ -273,7 +273,7 @@ impl Beside {
         x: f64,
         player: &mut Player,
     ) -> Result<(), VizError> {
-        let t = ns as f64 * 1e-9;
+        let t = ns as f64 / 1e9;
         let at_rows = self.at_rows[1].iter();
         for ((curve, apart), at_rows) in
             self.tracks.curves.iter().zip(&mut self.curves).zip(at_rows)
@@ -393,7 +393,7 @@ fn draw(
     let mut player = Player::open(view.with(&told), out)?;
     let mut last: BTreeMap<&str, Pose> = BTreeMap::new();
     for ns in all {
-        let t = *ns as f64 * 1e-9;
+        let t = *ns as f64 / 1e9;
         for track in &tracks.bodies {
             if let Some(pose) = pose(track, t, &start) {
                 last.insert(&track.body, pose);

@@ -195,6 +195,7 @@ pub(crate) fn compile_phase(
         stage_ops: order.stage_ops(),
         continuous_ops: order.unsampled(),
         derivs: order.derivs.clone(),
+        flow: order.flow,
         ops: order.ops,
         works: timing.works,
         table: timing.rows,

@@ -3,7 +3,7 @@ use super::Part;
 use super::connect::Connections;
 use super::solved;
 use crate::model::{Description, lanes};
-use crate::plan::{Loop, Op};
+use crate::plan::{Flow, Loop, Op};
 use crate::value::Fault;
 use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -48,8 +48,7 @@ pub(crate) struct Order {
     pub loops: Vec<Loop>,
     /// Signal lanes that they need beside those of the connections.
     pub work: usize,
-    producer: Vec<u32>,
-    depends: Vec<Vec<u32>>,
+    pub flow: Flow,
 }
 
 pub(super) const NONE: u32 = u32::MAX;
@@ -67,22 +66,12 @@ impl Order {
 
     /// Continuous operations that these lanes follow from, in order.
     pub(crate) fn upstream(&self, lanes: impl Iterator<Item = u32>) -> Vec<u32> {
-        let producer = |lane: u32| self.producer.get(lane as usize).copied();
-        let mut stack: Vec<u32> = lanes.filter_map(producer).filter(|&p| p != NONE).collect();
-        let mut needed = vec![false; self.ops.len()];
-        while let Some(k) = stack.pop() {
-            if !needed[k as usize] {
-                needed[k as usize] = true;
-                stack.extend(&self.depends[k as usize]);
-            }
-        }
-        let continuous = |k: usize| self.variability[k] == Variability::Continuous;
-        (0..self.ops.len()).filter(|&k| needed[k] && continuous(k)).map(|k| k as u32).collect()
+        self.flow.upstream(lanes)
     }
 
     /// True when the lane never changes after the first tick.
     pub(crate) fn constant_lane(&self, lane: u32) -> bool {
-        match self.producer.get(lane as usize) {
+        match self.flow.producer.get(lane as usize) {
             Some(&op) if op != NONE => self.variability[op as usize] == Variability::Constant,
             _ => true,
         }
@@ -90,7 +79,7 @@ impl Order {
 
     /// True when the lane changes at ticks only.
     pub(crate) fn sampled_lane(&self, lane: u32) -> bool {
-        match self.producer.get(lane as usize) {
+        match self.flow.producer.get(lane as usize) {
             Some(&op) if op != NONE => {
                 matches!(self.variability[op as usize], Variability::Sampled(_))
             }
@@ -209,7 +198,9 @@ pub(crate) fn order(parts: &[Part<'_>], c: &Connections) -> Result<Order, Vec<Fa
         })
         .map(|(k, _)| k as u32)
         .collect();
-    Ok(Order { ops, variability, staged, derivs, hybrid, loops, work, producer, depends })
+    let continuous = variability.iter().map(|v| *v == Variability::Continuous).collect();
+    let flow = Flow { producer, depends, continuous };
+    Ok(Order { ops, variability, staged, derivs, hybrid, loops, work, flow })
 }
 
 fn reads_and_writes(op: Op, parts: &[Part<'_>], c: &Connections) -> (Vec<u32>, Vec<u32>) {

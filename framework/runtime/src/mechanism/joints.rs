@@ -15,7 +15,7 @@
 //! none of these.
 use super::spec::MechanismSpec;
 use crate::value::Fault;
-use linkwork_dynamics::{Tree, Workspace, apply_inverse_mass, kinematics};
+use linkwork_dynamics::{Tree, Workspace, inverse_mass_diagonal, kinematics};
 use linkwork_multibody::{
     Coordinate, Friction, Multibody, Stop, Subhinge, SubhingeKind, SubhingeRange,
 };
@@ -137,15 +137,13 @@ pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
     }
     let mut ws = Workspace::new(tree);
     kinematics(tree, &mut ws, &spec.q, &spec.v);
-    let mut unit = vec![0.0; m.nv()];
-    let mut inertia = |i: usize| {
-        unit.fill(0.0);
-        unit[i] = 1.0;
-        apply_inverse_mass(tree, &mut ws, &mut unit).ok()?;
-        (unit[i].is_finite() && unit[i] > 0.0).then(|| 1.0 / unit[i])
+    let mut lightness = vec![0.0; m.nv()];
+    let known = inverse_mass_diagonal(tree, &mut ws, &mut lightness).is_ok();
+    let inertia = |i: usize| {
+        (known && lightness[i].is_finite() && lightness[i] > 0.0).then(|| 1.0 / lightness[i])
     };
     for (id, range) in all {
-        let least = range.v.clone().map(&mut inertia).reduce(|a, b| Some(a?.min(b?)));
+        let least = range.v.clone().map(inertia).reduce(|a, b| Some(a?.min(b?)));
         let at = At { spec, body: m.get(id).name(), range, inertia: least.flatten() };
         let s = &range.subhinge;
         if s.damping != 0.0 {

@@ -15,12 +15,12 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
     let first = w.yd + m.multibody.nv() + m.bristles();
     for (lane, (name, unit, doc)) in (first..).zip(m.reports()) {
         all.push(Named {
+            part: owner(m, &name).into(),
             path: name,
             place: Place::Signal(lane as u32),
             role: Role::Output,
             unit: unit.into(),
             doc: doc.into(),
-            part: part.clone(),
         });
     }
     loop_motions(&mut all, m, w);
@@ -38,6 +38,13 @@ pub(super) fn names(m: &MechanismPlan, w: &Wiring) -> Vec<Named> {
         all.push(state(format!("{}.contact.bristle[{i}]", m.path), first + i, doc));
     }
     all
+}
+
+/// The path with which that of a report begins: the body's of whose contact it tells, else the mechanism's.
+fn owner<'a>(m: &'a MechanismPlan, path: &str) -> &'a str {
+    let begins = |name: &str| path.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
+    let bodies = m.multibody.bodies().iter().map(Body::name).filter(|name| begins(name));
+    bodies.max_by_key(|name| name.len()).unwrap_or(&m.path)
 }
 
 /// Name and unit.

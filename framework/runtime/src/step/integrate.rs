@@ -2,8 +2,8 @@
 //! themselves. A guard that changes its sign on the way ends it there.
 use super::evaluate::{self, Running, Stopped};
 use super::pins::Pins;
-use super::turning;
 use super::{RunError, Simulation, State, Stop};
+use super::{observe, turning};
 use crate::block::{Evaluation, Now};
 use crate::plan::{Place, Plan};
 use linkwork_integrate::Failure;
@@ -13,7 +13,9 @@ impl Simulation {
     #[inline]
     pub(super) fn integrate(&mut self, plan: &Plan) -> Result<Stop, RunError> {
         let gap = plan.base.times(plan.table[self.state.row as usize].gap);
+        self.observe_start();
         if plan.derivs.is_empty() && plan.steps.is_empty() && plan.guards.is_empty() {
+            self.observe_step(plan, (gap - self.state.since, true), None);
             return Ok(Stop::Row);
         }
         if !plan.steps.is_empty() {
@@ -34,6 +36,7 @@ impl Simulation {
                 true => None,
                 false => self.crossing(plan, (h, end)).map_err(|failure| self.failed(failure))?,
             };
+            self.observe_step(plan, (h, end), event);
             if let Some(theta) = event {
                 let moved = self.go_to_event(plan, h, theta, gap);
                 moved.map_err(|failure| self.failed(failure))?;
@@ -116,7 +119,7 @@ impl Simulation {
         if length <= 0.0 {
             return Ok(());
         }
-        if !plan.guards.is_empty() {
+        if !plan.guards.is_empty() || (self.observed.is_some() && observe::keeps_start(plan)) {
             self.keep(plan);
         }
         self.work.advanced = (self.state.since, length);

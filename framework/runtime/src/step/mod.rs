@@ -12,6 +12,7 @@ mod integrate;
 mod linearise;
 mod moves;
 mod notices;
+mod observe;
 mod pins;
 mod profile;
 mod remarks;
@@ -24,6 +25,7 @@ mod turning;
 pub use moves::MoveReport;
 pub(crate) use moves::Route;
 pub use notices::Notice;
+pub use observe::{Observer, Stretch};
 pub use profile::{Profile, Spent};
 pub(crate) use settle::settle;
 pub use state::{GuardState, State};
@@ -98,6 +100,8 @@ pub struct Simulation {
     broken: Option<Box<RunError>>,
     /// Where its time goes, when that is asked for.
     profile: Option<Profile>,
+    /// Whose values over time somebody takes.
+    observed: Option<Box<observe::Observed>>,
 }
 
 /// Storage made once for a plan. Nothing in it outlives a step.
@@ -218,8 +222,19 @@ impl Simulation {
         let (moved, broken) = (Vec::new(), None);
         let profile = None;
         let notices = notices::Notices::default();
-        let mut sim =
-            Simulation { program, plan, state, blocks, work, moved, notices, broken, profile };
+        let observed = None;
+        let mut sim = Simulation {
+            program,
+            plan,
+            state,
+            blocks,
+            work,
+            moved,
+            notices,
+            broken,
+            profile,
+            observed,
+        };
         match sim.first_row() {
             Ok(()) => sim.judge(),
             Err(stopped) => sim.broken = Some(Box::new(sim.stopped(stopped))),
@@ -444,6 +459,15 @@ impl Simulation {
         beyond(x, RUNAWAY) || beyond(sig, f64::INFINITY) || beyond(d, f64::INFINITY)
     }
 
+    /// The first variable that is no number, or a state that ran away, and its value.
+    pub(crate) fn bad_variable(&self) -> Option<(String, f64)> {
+        self.is_bad().then(|| {
+            let path = self.first_bad().path;
+            let value = self.plan.lanes.get(&path).map_or(f64::NAN, |v| self.value(v.place));
+            (path, value)
+        })
+    }
+
     fn first_bad(&self) -> RunError {
         let bad = |v: &Variable| {
             let value = self.value(v.place);
@@ -654,6 +678,7 @@ impl Simulation {
             notices: notices::Notices::default(),
             broken: self.broken.clone(),
             profile: None,
+            observed: None,
         }
     }
 

@@ -1,0 +1,466 @@
+//! The simulation's own figures: numbers that sum up a run, taken while it runs, in fixed memory.
+//!
+//! Figures observe the run ([`Observer`]). They take variables over time, not at rows: a mean does not depend on the length of
+//! rows, and an extreme between two rows is found. Figures of one variable share its statistics.
+mod quantiles;
+mod statistics;
+
+use crate::prepare::condition;
+use linkwork_assembly::{Figure, FigureOf, Take};
+use linkwork_runtime::{
+    Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Unit,
+};
+use serde::{Deserialize, Serialize};
+use statistics::{Span, Statistics, Wants, crossing};
+
+/// One figure: its name and how it is shown.
+#[derive(Clone, Debug)]
+pub struct Tracked {
+    /// Name.
+    pub name: String,
+    /// Unit shown.
+    pub unit: String,
+    take: Take,
+    shown_in: Unit,
+    of: Of,
+}
+
+/// The series or the first value of a figure, by its place in [`Figures`].
+#[derive(Clone, Copy, Debug)]
+enum Of {
+    Series(usize),
+    First(usize),
+}
+
+/// A variable or a condition over time.
+#[derive(Clone, Debug)]
+struct Series {
+    /// As it was written: its key in checkpoints.
+    key: String,
+    source: Source,
+    wants: Wants,
+    statistics: Statistics,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    /// The column of a number.
+    Number(usize),
+    /// The column of a truth value.
+    Truth(usize),
+    /// 1 while it holds, else 0; also 0 in a phase that lacks one of its variables.
+    Condition(Over),
+}
+
+/// A condition over columns.
+#[derive(Clone, Debug)]
+struct Over {
+    condition: Condition,
+    /// Place and column of each of its variables.
+    columns: Vec<(Place, usize)>,
+}
+
+impl Over {
+    /// Above zero where it holds.
+    fn value(&self, t: f64, values: &[f64]) -> f64 {
+        let value = self.condition.of(t, |place| {
+            let column = self.columns.iter().find(|(own, _)| *own == place);
+            column.map_or(f64::NAN, |(_, column)| values[*column])
+        });
+        if value.is_nan() { -1.0 } else { value }
+    }
+}
+
+/// The value of a variable at the first instant at which a condition holds.
+#[derive(Clone, Debug)]
+struct First {
+    key: String,
+    column: usize,
+    when: Over,
+    /// Instant and value.
+    found: Option<(f64, f64)>,
+}
+
+/// The state of all figures in a checkpoint, by the keys of their series.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    series: Vec<(String, Statistics)>,
+    firsts: Vec<(String, Option<(f64, f64)>)>,
+}
+
+/// All figures of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Figures {
+    /// The figures, in the order of their names.
+    pub list: Vec<Tracked>,
+    places: Vec<Place>,
+    series: Vec<Series>,
+    firsts: Vec<First>,
+    memo: Memo,
+}
+
+/// Values inside a stretch that several figures look at.
+#[derive(Clone, Debug, Default)]
+struct Memo {
+    known: [bool; PARTS.len()],
+    values: Vec<f64>,
+}
+
+/// The parts of a stretch at which they are kept.
+const PARTS: [f64; 3] = [0.5, 0.25, 0.75];
+
+impl Memo {
+    /// The value of a column at a part of the stretch.
+    fn at(&mut self, over: &mut Stretch<'_>, part: f64, column: usize) -> Option<f64> {
+        let Some(k) = PARTS.iter().position(|p| *p == part) else {
+            return over.at(part).map(|values| values[column]);
+        };
+        let n = over.start().len();
+        let own = k * n..(k + 1) * n;
+        if !self.known[k] {
+            self.values.get_mut(own.clone())?.copy_from_slice(over.at(part)?);
+            self.known[k] = true;
+        }
+        self.values.get(own).map(|values| values[column])
+    }
+}
+
+impl Figures {
+    /// From the file.
+    ///
+    /// # Errors
+    /// Variables that are not there, units that do not fit, conditions that cannot be read.
+    pub fn new(plan: &Plan, figures: &[Figure]) -> Result<Figures, Vec<Fault>> {
+        let (mut all, mut faults) = (Figures::default(), Vec::new());
+        for figure in figures {
+            if let Err(fault) = all.add(plan, figure) {
+                faults.push(fault);
+            }
+        }
+        if faults.is_empty() { Ok(all) } else { Err(faults) }
+    }
+
+    fn column(&mut self, place: Place) -> usize {
+        let known = self.places.iter().position(|p| *p == place);
+        known.unwrap_or_else(|| {
+            self.places.push(place);
+            self.places.len() - 1
+        })
+    }
+
+    fn over(&mut self, condition: Condition) -> Over {
+        let mut columns: Vec<(Place, usize)> = Vec::new();
+        for place in condition.places() {
+            if !columns.iter().any(|c| c.0 == place) {
+                columns.push((place, self.column(place)));
+            }
+        }
+        Over { condition, columns }
+    }
+
+    fn add(&mut self, plan: &Plan, f: &Figure) -> Result<(), Fault> {
+        let what = format!("figure `{}`", f.name);
+        let at = f.at.as_ref().map(|at| condition(plan, at, &what)).transpose()?;
+        let (source, key, own) = match &f.of {
+            FigureOf::Condition(when) => {
+                let condition = condition(plan, when, &what)?;
+                let key = format!("when {}", condition.text);
+                (Source::Condition(self.over(condition)), key, Unit::ONE)
+            }
+            FigureOf::Variable(of) => {
+                let v = plan.variable(&of.text).map_err(|e| {
+                    Fault::new(of.origin, format!("{what}: {}", e.message)).help(e.help)
+                })?;
+                let own = Unit::parse(&v.unit).unwrap_or(Unit::ONE);
+                let column = self.column(v.place);
+                let source = match v.kind {
+                    PortKind::Bool => Source::Truth(column),
+                    _ => Source::Number(column),
+                };
+                (source, format!("of {}", of.text), own)
+            }
+        };
+        let (unit, shown_in) = shown(plan, f, own, &what)?;
+        let of = match (at, &source) {
+            (Some(at), Source::Number(column) | Source::Truth(column)) => {
+                let (key, column) = (format!("{key} at {}", at.text), *column);
+                let when = self.over(at);
+                self.firsts.push(First { key, column, when, found: None });
+                Of::First(self.firsts.len() - 1)
+            }
+            _ => Of::Series(self.series(&key, source, wants(f.take))),
+        };
+        let (name, take) = (f.name.clone(), f.take);
+        self.list.push(Tracked { name, unit, take, shown_in, of });
+        Ok(())
+    }
+
+    /// Returns the place of the series of a variable or condition. Figures that need the same statistics of it share the series, and
+    /// only these, so that the result of a figure does not depend on the other figures.
+    fn series(&mut self, of: &str, source: Source, wants: Wants) -> usize {
+        let key = format!("{wants:?} {of}");
+        let known = self.series.iter().position(|s| s.key == key);
+        known.unwrap_or_else(|| {
+            self.series.push(Series { key, source, wants, statistics: Statistics::new(wants) });
+            self.series.len() - 1
+        })
+    }
+
+    /// Observes a run from its present instant on. [`Figures::of`] returns them from then on.
+    pub fn observe(mut self, sim: &mut Simulation) {
+        if !self.list.is_empty() {
+            self.memo.values = vec![f64::NAN; PARTS.len() * self.places.len()];
+            sim.observe(&self.places.clone(), Box::new(self));
+        }
+    }
+
+    /// The figures that observe a run.
+    pub fn of(sim: &Simulation) -> Option<&Figures> {
+        sim.observer()
+    }
+
+    /// Returns their state, for a checkpoint.
+    ///
+    /// # Errors
+    /// A message, when they cannot be serialized.
+    pub fn save(&self) -> Result<Vec<u8>, String> {
+        let kept = Kept {
+            series: self.series.iter().map(|s| (s.key.clone(), s.statistics.clone())).collect(),
+            firsts: self.firsts.iter().map(|f| (f.key.clone(), f.found)).collect(),
+        };
+        rmp_serde::to_vec_named(&kept).map_err(|e| format!("the figures: {e}"))
+    }
+
+    /// Restores the figures of variables and conditions that the checkpoint has. Other figures begin at its instant.
+    ///
+    /// # Errors
+    /// The saved state cannot be read.
+    pub fn restore(&mut self, saved: &[u8]) -> Result<(), String> {
+        let kept: Kept = rmp_serde::from_slice(saved)
+            .map_err(|e| format!("the figures of the checkpoint cannot be read: {e}"))?;
+        for (key, mut statistics) in kept.series {
+            if let Some(own) = self.series.iter_mut().find(|s| s.key == key) {
+                statistics.make_room();
+                own.statistics = statistics;
+            }
+        }
+        for (key, found) in kept.firsts {
+            if let Some(own) = self.firsts.iter_mut().find(|f| f.key == key) {
+                own.found = found;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns name, value and unit of each; the value is NaN when the variable never existed or the condition never held.
+    pub fn results(&self) -> impl Iterator<Item = (&str, f64, &str)> {
+        self.list.iter().map(|f| {
+            let value = match f.of {
+                Of::First(k) => self.firsts[k].found.map_or(f64::NAN, |(_, y)| f.point(y)),
+                Of::Series(k) => f.value(&self.series[k]),
+            };
+            (f.name.as_str(), value, f.unit.as_str())
+        })
+    }
+}
+
+impl Tracked {
+    /// A value of the variable as it is shown.
+    fn point(&self, y: f64) -> f64 {
+        (y - self.shown_in.offset) / self.shown_in.scale
+    }
+
+    /// Returns the figure. Differences and deviations have no offset: a range of 10 K is one of 10 degC.
+    fn value(&self, of: &Series) -> f64 {
+        let (s, scale) = (&of.statistics, self.shown_in.scale);
+        if s.last.is_nan() && s.time == 0.0 {
+            return f64::NAN;
+        }
+        match self.take {
+            Take::Last => self.point(s.last),
+            Take::Min => self.point(s.min.0),
+            Take::Max => self.point(s.max.0),
+            Take::MaxAbs => self.point(s.min.0).abs().max(self.point(s.max.0).abs()),
+            Take::Range => (s.max.0 - s.min.0) / scale,
+            Take::Mean => self.point(s.mean()),
+            Take::Rms => (s.variance() / (scale * scale) + self.point(s.mean()).powi(2)).sqrt(),
+            Take::Std => s.variance().sqrt() / scale,
+            Take::Percentile(percent) => {
+                let found = s.quantiles.as_ref().and_then(|q| q.at(percent / 100.0));
+                self.point(found.unwrap_or(s.last))
+            }
+            Take::TimeOfMin => self.point(s.min.1),
+            Take::TimeOfMax => self.point(s.max.1),
+            Take::TimeOfMaxAbs => {
+                let of = if s.max.0 >= -s.min.0 { s.max } else { s.min };
+                self.point(of.1)
+            }
+        }
+    }
+}
+
+/// The unit as written, and as read. Instants are shown in a unit of time.
+fn shown(plan: &Plan, f: &Figure, own: Unit, what: &str) -> Result<(String, Unit), Fault> {
+    let instant = matches!(f.take, Take::TimeOfMin | Take::TimeOfMax | Take::TimeOfMaxAbs);
+    let (of, text) = match &f.of {
+        FigureOf::Condition(_) => ("it", ""),
+        FigureOf::Variable(of) => {
+            (of.text.as_str(), plan.variables.get(&of.text).map_or("", |v| &*v.unit))
+        }
+    };
+    let (own, text) = match instant {
+        true => (Unit::parse("s").unwrap_or(Unit::ONE), "s"),
+        false => (own, text),
+    };
+    let unit = f.unit.as_ref().map_or(text, |u| u.text.as_str()).to_string();
+    let origin = f.unit.as_ref().map_or(f.origin, |u| u.origin);
+    let parsed = if unit.is_empty() { Ok(Unit::ONE) } else { Unit::parse(&unit) };
+    match parsed {
+        Ok(u) if u.same_quantity(&own) => Ok((unit, u)),
+        Ok(_) if instant => Err(Fault::new(
+            origin,
+            format!("{what}: an instant is shown in a unit of time, and {unit} is none"),
+        )
+        .help("write s, min, h or day, or leave `unit` out")),
+        Ok(_) => {
+            Err(Fault::new(origin, format!("{what}: `{of}` is in {text}, which is no {unit}"))
+                .help("choose a unit of the same quantity"))
+        }
+        Err(e) => Err(Fault::new(origin, format!("{what}: {e}"))),
+    }
+}
+
+fn wants(take: Take) -> Wants {
+    match take {
+        Take::Last => Wants::Last,
+        Take::Mean | Take::Rms | Take::Std => Wants::Moments,
+        Take::Percentile(_) => Wants::Quantiles,
+        Take::Min | Take::Max | Take::MaxAbs | Take::Range => Wants::Extremes,
+        Take::TimeOfMin | Take::TimeOfMax | Take::TimeOfMaxAbs => Wants::Extremes,
+    }
+}
+
+impl Observer for Figures {
+    fn instant(&mut self, t: f64, values: &[f64]) {
+        for Series { source, statistics, .. } in &mut self.series {
+            let y = match source {
+                Source::Number(column) | Source::Truth(column) => values[*column],
+                Source::Condition(over) => truth(over.value(t, values)),
+            };
+            if !y.is_nan() {
+                statistics.instant(t, y);
+            }
+        }
+        for First { column, when, found, .. } in &mut self.firsts {
+            if found.is_none() && when.value(t, values) > 0.0 && !values[*column].is_nan() {
+                *found = Some((t, values[*column]));
+            }
+        }
+    }
+
+    fn stretch(&mut self, over: &mut Stretch<'_>) {
+        self.memo.known = [false; PARTS.len()];
+        for series in &mut self.series {
+            if series.wants != Wants::Last {
+                series.stretch(over, &mut self.memo);
+            }
+        }
+        for first in &mut self.firsts {
+            if first.found.is_none() {
+                first.stretch(over);
+            }
+        }
+    }
+}
+
+fn truth(value: f64) -> f64 {
+    f64::from(u8::from(value > 0.0))
+}
+
+impl Series {
+    fn stretch(&mut self, over: &mut Stretch<'_>, memo: &mut Memo) {
+        let (begin, length) = (over.begin(), over.length());
+        match &self.source {
+            Source::Number(column) => {
+                let (start, end) = (over.start()[*column], over.end()[*column]);
+                if start.is_nan() {
+                    return;
+                }
+                if over.is_held(*column) || !end.is_finite() {
+                    return self.statistics.held(begin, length, start);
+                }
+                let span = Span { begin, length, start, end, wide: over.is_wide() };
+                let mut inside = |part: f64| memo.at(over, part, *column);
+                self.statistics.smooth(span, self.wants, &mut inside);
+            }
+            Source::Truth(column) => {
+                let of = |_: f64, values: &[f64]| values[*column] - 0.5;
+                if !over.start()[*column].is_nan() {
+                    shares(&mut self.statistics, over, &of);
+                }
+            }
+            Source::Condition(condition) => {
+                shares(&mut self.statistics, over, &|t, values| condition.value(t, values));
+            }
+        }
+    }
+}
+
+/// A function of time and columns that holds where it is above zero.
+type Holds<'a> = dyn Fn(f64, &[f64]) -> f64 + 'a;
+
+/// The parts of a stretch in which something holds, and in which it does not.
+fn shares(statistics: &mut Statistics, over: &mut Stretch<'_>, of: &Holds<'_>) {
+    let (begin, length) = (over.begin(), over.length());
+    let mut from = (0.0, of(begin, over.start()));
+    let end = (1.0, of(begin + length, over.end()));
+    // It may hold, or cease to, between the two.
+    let middle = if over.is_wide() { at(over, 0.5, of) } else { None };
+    for to in middle.map(|y| (0.5, y)).into_iter().chain([end]) {
+        let split = split(over, from, to, of);
+        statistics.held(begin + from.0 * length, (split - from.0) * length, truth(from.1));
+        statistics.held(begin + split * length, (to.0 - split) * length, truth(to.1));
+        from = to;
+    }
+}
+
+fn at(over: &mut Stretch<'_>, part: f64, of: &Holds<'_>) -> Option<f64> {
+    let t = over.begin() + part * over.length();
+    over.at(part).map(|values| of(t, values))
+}
+
+/// Where between two parts of a stretch it begins or ceases to hold; the second where it does not.
+fn split(over: &mut Stretch<'_>, from: (f64, f64), to: (f64, f64), of: &Holds<'_>) -> f64 {
+    if (from.1 > 0.0) == (to.1 > 0.0) {
+        return to.0;
+    }
+    let width = to.0 - from.0;
+    let mut inside = |part: f64| at(over, from.0 + part * width, of);
+    from.0 + width * crossing(from.1, to.1, &mut inside)
+}
+
+impl First {
+    fn stretch(&mut self, over: &mut Stretch<'_>) {
+        let (begin, length, column) = (over.begin(), over.length(), self.column);
+        let when = |t: f64, values: &[f64]| self.when.value(t, values);
+        let mut from = (0.0, when(begin, over.start()));
+        if from.1 > 0.0 && !over.start()[column].is_nan() {
+            self.found = Some((begin, over.start()[column]));
+            return;
+        }
+        let end = (1.0, when(begin + length, over.end()));
+        let middle = if over.is_wide() { at(over, 0.5, &when) } else { None };
+        for to in middle.map(|y| (0.5, y)).into_iter().chain([end]) {
+            if to.1 > 0.0 && !(from.1 > 0.0) {
+                let part = split(over, from, to, &when);
+                let inside = over.at(part).map(|values| values[column]);
+                let y = inside.unwrap_or(over.end()[column]);
+                if !y.is_nan() {
+                    self.found = Some((begin + part * length, y));
+                    return;
+                }
+            }
+            from = to;
+        }
+    }
+}

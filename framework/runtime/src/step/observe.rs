@@ -1,0 +1,308 @@
+//! Observed variables between two rows: their values at the ends of each stretch of time without a jump, and anywhere
+//! inside it.
+//!
+//! ```text
+//! stretch     a step of the integrator, or its part up to an event
+//! start       the values right after the instant at which it begins (a row, an event, a variable that was set)
+//! end         the values right before the instant at which it ends: sampled parts have not been updated there yet
+//! inside      the dense output of the step; up to an event a step that ends at the place asked for
+//! ```
+//! Observing a run does not change it: the signals are restored before `observe_step` returns.
+use super::evaluate;
+use super::integrate::Purpose;
+use super::{Simulation, State};
+use crate::block::{Evaluation, Now};
+use crate::plan::{Place, Plan};
+use std::any::Any;
+
+/// Takes values of chosen variables over time ([`Simulation::observe`]).
+pub trait Observer: Any + Send {
+    /// Takes the values at an instant, after its work: once for a row, and again when a run continues after a change. A variable
+    /// that does not exist in the phase is NaN.
+    fn instant(&mut self, t: f64, values: &[f64]);
+    /// Takes the values over a stretch of time without a jump.
+    fn stretch(&mut self, over: &mut Stretch<'_>);
+}
+
+/// How the value of an observed variable varies between two instants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Lane {
+    /// The phase does not have it.
+    Absent,
+    /// It keeps its value.
+    Held(Place),
+    /// A continuous state.
+    State(u32),
+    /// A signal that follows from continuous operations.
+    Signal(u32),
+}
+
+/// The observed variables in one phase.
+struct Columns {
+    lanes: Vec<Lane>,
+    /// The continuous operations that they follow from.
+    ops: Vec<u32>,
+}
+
+/// The observer of a run, its columns in each phase, and the values that it is given.
+pub(super) struct Observed {
+    phases: Vec<Columns>,
+    observer: Box<dyn Observer>,
+    start: Vec<f64>,
+    end: Vec<f64>,
+    inner: Vec<f64>,
+    /// The signals as they were before anything was evaluated.
+    signals: Vec<f64>,
+    disturbed: bool,
+}
+
+/// A stretch of time without a jump.
+pub struct Stretch<'a> {
+    sim: &'a mut Simulation,
+    plan: &'a Plan,
+    columns: &'a Columns,
+    start: &'a [f64],
+    end: &'a [f64],
+    inner: &'a mut Vec<f64>,
+    signals: &'a mut Vec<f64>,
+    disturbed: &'a mut bool,
+    /// Length of the step that it belongs to, and of the stretch (s).
+    step: f64,
+    length: f64,
+    purpose: Purpose,
+}
+
+/// The values at the end of a stretch are taken this part of its length earlier, because a jump at its end belongs to the
+/// next stretch.
+const BEFORE: f64 = 1e-9;
+
+/// Returns whether the start of a step is kept where parts have their own stepping method, so that values inside it are known.
+pub(super) fn keeps_start(plan: &Plan) -> bool {
+    !plan.guards.is_empty() || plan.integration.control.is_some()
+}
+
+impl Lane {
+    #[inline]
+    fn value(self, x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
+        match self {
+            Lane::Absent | Lane::Held(Place::Channel(_)) => f64::NAN,
+            Lane::Held(Place::X(k)) | Lane::State(k) => x[k as usize],
+            Lane::Held(Place::D(k)) => d[k as usize],
+            Lane::Held(Place::Signal(k)) | Lane::Signal(k) => sig[k as usize],
+        }
+    }
+}
+
+impl Columns {
+    fn of(plan: &Plan, places: &[Option<Place>]) -> Columns {
+        let lane = |place: &Option<Place>| match *place {
+            None | Some(Place::Channel(_)) => Lane::Absent,
+            Some(Place::X(k)) => Lane::State(k),
+            Some(Place::Signal(k)) if plan.flow.is_continuous(k) => Lane::Signal(k),
+            Some(place) => Lane::Held(place),
+        };
+        let lanes: Vec<Lane> = places.iter().map(lane).collect();
+        let signals = lanes.iter().filter_map(|lane| match lane {
+            Lane::Signal(k) => Some(*k),
+            _ => None,
+        });
+        let ops = plan.flow.upstream(signals);
+        Columns { lanes, ops }
+    }
+
+    fn read(&self, x: &[f64], d: &[f64], sig: &[f64], values: &mut [f64]) {
+        for (value, lane) in values.iter_mut().zip(&self.lanes) {
+            *value = lane.value(x, d, sig);
+        }
+    }
+}
+
+impl Stretch<'_> {
+    /// Returns the instant at which it begins (s).
+    pub fn begin(&self) -> f64 {
+        self.sim.time()
+    }
+
+    /// Returns its length (s).
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Returns the values right after its begin.
+    pub fn start(&self) -> &[f64] {
+        self.start
+    }
+
+    /// Returns the values right before its end.
+    pub fn end(&self) -> &[f64] {
+        self.end
+    }
+
+    /// Returns whether a variable keeps its value from begin to end.
+    pub fn is_held(&self, column: usize) -> bool {
+        matches!(self.columns.lanes[column], Lane::Held(_) | Lane::Absent)
+    }
+
+    /// Returns whether a variable may bend strongly within it: the step size is adaptive, or the plan integrates no state.
+    pub fn is_wide(&self) -> bool {
+        self.plan.integration.control.is_some() || self.plan.derivs.is_empty()
+    }
+
+    /// Returns whether values inside it are known. They are not where a part has its own stepping method, from row to row.
+    pub fn is_dense(&self) -> bool {
+        self.plan.steps.is_empty() || keeps_start(self.plan)
+    }
+
+    /// Returns the values at this part of it (0: begin, 1: end); `None` where they are not known.
+    pub fn at(&mut self, part: f64) -> Option<&[f64]> {
+        if !self.is_dense() {
+            return None;
+        }
+        let (t, theta) = (self.sim.time() + part * self.length, part * self.length / self.step);
+        self.sim.state_at(self.plan, self.step, theta, self.purpose).ok()?;
+        let inside = std::mem::take(&mut self.sim.work.inside);
+        let done = self.evaluate(t, &inside);
+        if done {
+            let State { d, sig, .. } = &self.sim.state;
+            self.columns.read(&inside, d, sig, self.inner);
+        }
+        self.sim.work.inside = inside;
+        done.then_some(&self.inner[..])
+    }
+
+    /// Evaluates the operations of the columns; returns false when one of them fails.
+    fn evaluate(&mut self, t: f64, x: &[f64]) -> bool {
+        if self.columns.ops.is_empty() {
+            return true;
+        }
+        let sim = &mut *self.sim;
+        if !std::mem::replace(self.disturbed, true) {
+            self.signals.copy_from_slice(&sim.state.sig);
+        }
+        sim.work.number += 1;
+        let (tick, number) = (sim.state.tick, sim.work.number);
+        let dt = self.plan.step.seconds();
+        let now = Now { t, dt, tick, evaluation: Evaluation::Stage, number };
+        let State { d, sig, pins, .. } = &mut sim.state;
+        let lanes = (x, &d[..], &mut sig[..]);
+        let ops = &self.columns.ops;
+        evaluate::run_all(&mut sim.blocks, self.plan, ops, &now, lanes, pins.as_deref()).is_ok()
+    }
+}
+
+impl Simulation {
+    /// Passes the values of these variables over time to an observer, from the present instant on. A simulation has one
+    /// observer; a second replaces the first. Forks have none.
+    pub fn observe(&mut self, places: &[Place], observer: Box<dyn Observer>) {
+        let phases = self.program.phases.iter().zip(&self.program.channels);
+        let phases = phases.map(|(phase, channels)| {
+            let own = |place: &Place| match *place {
+                Place::Channel(k) => channels[k as usize],
+                place => Some(place),
+            };
+            Columns::of(&phase.plan, &places.iter().map(own).collect::<Vec<_>>())
+        });
+        let most = self.program.phases.iter().map(|p| p.plan.sizes.sig).max().unwrap_or(0);
+        let values = || vec![f64::NAN; places.len()];
+        self.observed = Some(Box::new(Observed {
+            phases: phases.collect(),
+            observer,
+            start: values(),
+            end: values(),
+            inner: values(),
+            signals: Vec::with_capacity(most),
+            disturbed: false,
+        }));
+    }
+
+    /// Returns the observer, when it has this type.
+    pub fn observer<O: Observer>(&self) -> Option<&O> {
+        let observer: &dyn Any = &*self.observed.as_ref()?.observer;
+        observer.downcast_ref()
+    }
+
+    /// Returns the observer for changes, when it has this type.
+    pub fn observer_mut<O: Observer>(&mut self) -> Option<&mut O> {
+        let observer: &mut dyn Any = &mut *self.observed.as_mut()?.observer;
+        observer.downcast_mut()
+    }
+
+    /// Passes the present instant to the observer.
+    pub fn observe_now(&mut self) {
+        let t = self.time();
+        if let Some(observed) = &mut self.observed {
+            let State { x, d, sig, phase, .. } = &self.state;
+            observed.phases[*phase as usize].read(x, d, sig, &mut observed.start);
+            observed.observer.instant(t, &observed.start);
+        }
+    }
+
+    /// Takes the values at the begin of a stretch from the signals, which belong to this instant.
+    #[inline]
+    pub(super) fn observe_start(&mut self) {
+        if let Some(observed) = &mut self.observed {
+            let State { x, d, sig, phase, .. } = &self.state;
+            observed.phases[*phase as usize].read(x, d, sig, &mut observed.start);
+        }
+    }
+
+    /// After a step of h s, the `last` before the row or not, of which the run takes the part up to an event at θ, or all.
+    pub(super) fn observe_step(&mut self, plan: &Plan, (h, last): (f64, bool), event: Option<f64>) {
+        let Some(mut observed) = self.observed.take() else { return };
+        let Observed { phases, observer, start, end, inner, signals, disturbed } = &mut *observed;
+        let columns = &phases[self.state.phase as usize];
+        let length = event.unwrap_or(1.0) * h;
+        *disturbed = false;
+        signals.resize(self.state.sig.len(), 0.0);
+        if length > 0.0 {
+            let purpose = if event.is_some() { Purpose::Again } else { Purpose::Look };
+            let (known, step): (&[f64], f64) = (&[], h);
+            let mut over = Stretch {
+                sim: self,
+                plan,
+                columns,
+                start,
+                end: known,
+                inner,
+                signals,
+                disturbed,
+                step,
+                length,
+                purpose,
+            };
+            // Parts that advance by themselves are at the row already.
+            let whole = event.is_none() && (last || plan.steps.is_empty());
+            if over.to_end(whole) {
+                end.copy_from_slice(over.inner);
+            } else {
+                end.copy_from_slice(start);
+            }
+            over.end = end;
+            observer.stretch(&mut over);
+        }
+        if *disturbed {
+            self.state.sig.copy_from_slice(signals);
+        }
+        // The next stretch begins here when there is no row or event between the two.
+        std::mem::swap(start, end);
+        self.observed = Some(observed);
+    }
+}
+
+impl Stretch<'_> {
+    /// The values right before its end, into `inner`.
+    fn to_end(&mut self, whole: bool) -> bool {
+        if !whole && self.is_dense() {
+            return self.at(1.0 - BEFORE).is_some();
+        }
+        let t = self.sim.time() + self.length * (1.0 - BEFORE);
+        let x = std::mem::take(&mut self.sim.state.x);
+        let done = self.evaluate(t, &x);
+        if done {
+            let State { d, sig, .. } = &self.sim.state;
+            self.columns.read(&x, d, sig, self.inner);
+        }
+        self.sim.state.x = x;
+        done
+    }
+}
