@@ -6,8 +6,8 @@
 //!              from a small body on an `orbit` about the Sun: what the ephemeris has from the Sun, less where the body is
 //! ```
 
-use crate::ephemeris::{Course, Heavens};
-use crate::planet::{Centre, PlanetParams, fault};
+use crate::ephemeris::Course;
+use crate::world::{Inner, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::ephemeris::{Body, OBLIQUITY_J2000};
@@ -36,18 +36,19 @@ pub enum Third {
     Jupiter,
 }
 
-impl Centre {
-    /// As the ephemerides name it, and its μ, m³/s².
-    pub(crate) fn body_and_mu(self) -> (Body, f64) {
+impl Third {
+    /// Equatorial radius (m, IAU), none of the Sun, which casts no shadow.
+    pub(crate) fn radius(self) -> Option<f64> {
         match self {
-            Centre::Earth => Third::Earth.body(),
-            Centre::Mars => Third::Mars.body(),
-            Centre::Moon => Third::Moon.body(),
+            Third::Sun => None,
+            Third::Moon => Some(1.7374e6),
+            Third::Earth => Some(6.378_136_6e6),
+            Third::Venus => Some(6.0518e6),
+            Third::Mars => Some(3.396_19e6),
+            Third::Jupiter => Some(7.1492e7),
         }
     }
-}
 
-impl Third {
     /// As the ephemerides name it, and its μ, m³/s².
     pub(crate) fn body(self) -> (Body, f64) {
         match self {
@@ -82,7 +83,7 @@ pub struct SolarOrbit {
     /// Mean anomaly at `epoch`.
     #[param(unit = "rad")]
     pub mean_anomaly: f64,
-    /// Date of the elements, such as 2025-11-21 00:00:00 TDB; unwritten: the epoch of the run.
+    /// Date of the elements, such as 2025-11-21 00:00:00 TDB; default: the epoch of the run.
     #[param(default = None)]
     pub epoch: Option<String>,
 }
@@ -144,26 +145,25 @@ pub(crate) struct Puller {
 
 /// Those who pull, in the order written, as points: on a planet, or on a small body on its `orbit`.
 pub(crate) fn pullers(
-    planet: &PlanetParams,
+    world: &Inner,
     third_bodies: &[Third],
     orbit: Option<&SolarOrbit>,
-    files: &Files,
 ) -> Result<Vec<Puller>, BuildError> {
     if third_bodies.is_empty() {
         return Ok(Vec::new());
     }
-    let heavens = Heavens::around(planet, files, "a third body")?;
+    let heavens = world.heavens("a third body")?;
     let (heavens, own, centre) = match orbit {
-        None => (heavens, None, planet.body.body()),
+        None => (heavens.clone(), None, world.params.body.body()),
         Some(orbit) => {
-            let own = orbit.orbit(&planet.epoch("a third body")?)?;
-            (heavens.from(Body::Sun), Some(own), Body::Sun)
+            let own = orbit.orbit(&heavens.epoch())?;
+            (heavens.from(Body::Sun), Some(own), Some(Body::Sun))
         }
     };
     let mut all = Vec::new();
     for (k, third) in third_bodies.iter().enumerate() {
         let (body, mu) = third.body();
-        let wrong = if body == centre && own.is_none() {
+        let wrong = if Some(body) == centre && own.is_none() {
             Some("is the planet itself")
         } else if third_bodies[..k].contains(third) {
             Some("is named twice")

@@ -10,6 +10,7 @@ mod checkpoint;
 mod compile;
 mod condition;
 mod field;
+mod files;
 mod identity;
 mod made;
 mod mechanism;
@@ -34,6 +35,7 @@ mod tap;
 mod time;
 mod units;
 mod value;
+mod world;
 
 pub use block::{
     Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
@@ -43,6 +45,7 @@ pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError};
 pub use field::{Field, Seen, Shown, Shows, View};
+pub use files::Files;
 pub use linkwork_multibody::names::{did_you_mean, nearest};
 pub use made::Made;
 pub use mechanism::{
@@ -67,8 +70,9 @@ pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
-    Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
-    ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
+    AU, Air, Atmosphere, Gravity, Ground, Handle, Light, Provided, Rock, SOLAR_CONSTANT,
+    SPEED_OF_LIGHT, Service, ServiceKind, ServiceObject, Services, Soil, Sun, SunState, Surface,
+    Terrain,
 };
 pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};
@@ -84,15 +88,17 @@ pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
+pub use world::{Geographic, PlainWorld, Vertical, World};
 
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
         AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
-        Entry, Field, Files, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes,
-        Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock,
-        Scenery, Service, SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun,
-        SunState, Surface, Terrain, Traction, View, Wrench,
+        Entry, Field, Files, Geographic, Gravity, Ground, Handle, HingeAccel, HingeState,
+        HingeTorque, Lanes, Light, Model, NodeAccel, NodeState, Overlay, OverlayTile,
+        OverlayValues, PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site,
+        SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction, Vertical,
+        View, World, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

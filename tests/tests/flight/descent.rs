@@ -29,9 +29,13 @@ fn mars(all: &Value, folder: &std::path::Path) -> String {
     let (gm, radius, j2, omega) =
         (num(&p["GM"]), num(&p["R_ref"]), num(&p["J2"]), num(&p["omega"]));
     format!(
-        r#""Gravity": (model: "environment.zonal_gravity", params: {{ "mu": {gm:?}, "radius": {radius:?}, "j2": {j2:?} }}),
-        "Air": (model: "environment.mars_air", params: {{ "table": {:?}, "winds": [{}],
-            "planet": (body: "mars", turns: "fixed", rate: {omega:?}, radius: {radius:?}, flattening: 0) }}),"#,
+        r#""Place": (
+            world: (body: "mars", mu: {gm:?}, rate: {omega:?}, radius: {radius:?}, flattening: 0),
+            parts: {{
+                "Gravity": (model: "environment.zonal_gravity", params: {{ "j2": {j2:?} }}),
+                "Air": (model: "environment.mars_air", params: {{ "table": {:?}, "winds": [{}] }}),
+            }},
+        ),"#,
         file.display().to_string(),
         winds.join(", ")
     )
@@ -257,7 +261,7 @@ fn a_parachute_opens_behind_a_payload() {
         }},
         parts: {{
             "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, {:?}] }}),
-            "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "density": {:?},
+            "Air": (model: "environment.exponential_atmosphere", params: {{ "density": {:?},
                 "scale_height": {:?}, "temperature": 200, "heat_ratio": 1.25, "gas_constant": {:?}, "wind": {} }}),
             "Drag": (model: "flight.drag", params: {{ "coefficient": {:?}, "area": 1, "heating_constant": 0 }},
                 bind: {{ "body": "node:payload" }}),
@@ -547,8 +551,9 @@ fn a_convex_plan_is_flown_over_a_planet_that_turns() {
         parent: "world", hinge: Free, mass: 1505, inertia: [1500, 1500, 1800],
         initial: (position: [2000, 450, 1500], velocity: [-40, 12, -65]),
     ) },
+    world: (body: "mars", mu: 4.2828e13, site: (latitude: "20 deg", longitude: "77 deg", height: -2500)),
     parts: {
-        "Gravity": (model: "environment.point_mass_gravity", params: { "mu": 4.2828e13, "planet": (body: "mars", turns: "fixed", site: (latitude: "20 deg", longitude: "77 deg", height: -2500)) }),
+        "Gravity": (model: "environment.point_mass_gravity"),
         "Tank": (model: "flight.propellant_tank", params: { "propellant": 400, "radius": "10 um", "density": 1e20 }, bind: { "bottom": "node:lander" }),
         "Mass": (model: "basics.gain", params: { "k": 1, "offset": 1505 }),
         "Guidance": (

@@ -23,7 +23,7 @@ fn text(
         velocity: [0, 0, -{speed}], rotation: (rpy: [0, "{pitch} deg", 0]), angular: [0, 0.2, 0])) }},
     parts: {{
         "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -50] }}),
-        "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "temperature": 210 }}),
+        "Air": (model: "environment.exponential_atmosphere", params: {{ "temperature": 210, "density": 0.020, "scale_height": 11100, "gas_constant": 191.8, "heat_ratio": 1.33, "heating_constant": 1.9027e-4 }}),
         "Aero": (model: "flight.{model}", params: {{ {params}, "outside": {outside} }}, bind: {{ "{bind}": "node:craft" }}),
     }},
     step: "100 ms", integrator: "rk4", until: "5 s",

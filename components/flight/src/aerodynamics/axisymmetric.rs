@@ -8,6 +8,7 @@
 //! Positive C_m raises the nose at positive α; a stable shell has a negative one. Tables are linear
 //! between their points; where they end, `outside` says what happens: the value at the end, or an end of the run at that instant.
 
+use super::air_data::heating_constant;
 use super::air_data::{AirData, Outside};
 use crate::table::Surface;
 use linkwork_runtime::prelude::*;
@@ -48,9 +49,9 @@ pub struct AxisymmetricParams {
     /// Nose radius, for heating.
     #[param(unit = "m", default = 1.0, range = 1e-6..)]
     pub nose_radius: f64,
-    /// Sutton-Graves constant, SI: Mars 1.9027e-4, Earth 1.7415e-4.
-    #[param(default = 1.9027e-4, range = 0.0..)]
-    pub heating_constant: f64,
+    /// Constant k (kg^½/m) of Sutton and Graves; default: from the gas of the atmosphere.
+    #[param(range = 0.0..)]
+    pub heating_constant: Option<f64>,
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
@@ -272,7 +273,8 @@ impl Model for Axisymmetric {
         let tables =
             [table(&p.axial, "axial")?, table(&p.normal, "normal")?, table(&p.pitch, "pitch")?];
         let AxisymmetricParams { area, length, reference, damping, .. } = p;
-        let (heating_constant, nose_radius) = (p.heating_constant, p.nose_radius);
+        let (constant, nose_radius) = (p.heating_constant, p.nose_radius);
+        let heating_constant = heating_constant(constant, &p.atmosphere)?;
         let scales = Scales { area, length, reference, damping, heating_constant, nose_radius };
         Ok(Axisymmetric { p, scales, tables })
     }
@@ -347,7 +349,7 @@ mod tests {
             air_rate: Vec3::zeros(),
             outside,
             nose_radius: 0.5,
-            heating_constant: 1.9027e-4,
+            heating_constant: Some(1.9027e-4),
             atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
         })
         .unwrap()

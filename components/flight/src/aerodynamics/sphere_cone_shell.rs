@@ -9,6 +9,7 @@
 //! `outside` says what happens: the coefficients at the half-angle, or an end of the run. C_p,max is that of M → ∞: at
 //! Mach 3 it is 5 % too high for air, and below the flow is not Newtonian.
 
+use super::air_data::heating_constant;
 use super::air_data::{AirData, Outside};
 use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, LEAVES, Left, Passed, Scales};
 use super::sphere_cone::{SphereCone, base_pressure, pressure_max};
@@ -54,9 +55,9 @@ pub struct SphereConeParams {
     /// What happens above the half-angle: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
-    /// Sutton-Graves constant, SI: Mars 1.9027e-4, Earth 1.7415e-4.
-    #[param(default = 1.9027e-4, range = 0.0..)]
-    pub heating_constant: f64,
+    /// Constant k (kg^½/m) of Sutton and Graves; default: from the gas of the atmosphere.
+    #[param(range = 0.0..)]
+    pub heating_constant: Option<f64>,
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
@@ -106,7 +107,7 @@ impl Model for SphereConeShell {
             length: 2.0 * p.base_radius,
             reference: p.nose,
             damping: p.damping,
-            heating_constant: p.heating_constant,
+            heating_constant: heating_constant(p.heating_constant, &p.atmosphere)?,
             nose_radius: bluntness * p.base_radius,
         };
         Ok(SphereConeShell { p, shape, scales })
@@ -188,7 +189,7 @@ mod tests {
             damping: Vec3::zeros(),
             air_rate: Vec3::zeros(),
             outside: Outside::Clamp,
-            heating_constant: 1.9027e-4,
+            heating_constant: Some(1.9027e-4),
             atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
         }
     }

@@ -72,7 +72,7 @@ impl Vehicle {
         std::array::from_fn(|i| x[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]))
     }
 
-    /// The reference from (0, V, γ, h) at constant u until the speed is `end`, rows every `h` s, with its gains.
+    /// The reference from (0, V, γ, h) at constant u until the speed is `end`, rows every `h` s from the greatest speed on, with its gains.
     ///
     /// `None` when it does not come to that speed within 2000 s above the ground.
     pub fn reference(
@@ -103,7 +103,10 @@ impl Vehicle {
             by_rise: k[1],
             by_lift: k[2],
         };
-        Some(path.iter().zip(&gains).map(row).collect())
+        let rows: Vec<ReferenceRow> = path.iter().zip(&gains).map(row).collect();
+        // High up speed rises before it falls. Rows are found by speed, so those before the greatest are left out.
+        let fastest = (0..rows.len()).max_by(|a, b| rows[*a].speed.total_cmp(&rows[*b].speed))?;
+        Some(rows[fastest..].to_vec())
     }
 }
 

@@ -392,7 +392,7 @@ fn phases_schema() -> Schema {
 }
 
 /// Fields of a simulation that a phase cannot change.
-pub(crate) const FIXED: [&str; 13] = [
+pub(crate) const FIXED: [&str; 14] = [
     "assembly",
     "name",
     "mounts",
@@ -406,6 +406,7 @@ pub(crate) const FIXED: [&str; 13] = [
     "plots",
     "phases",
     "start",
+    "world",
 ];
 /// Maps of things with names.
 pub(crate) const MAPS: [&str; 7] =
