@@ -27,6 +27,7 @@
 #![allow(non_snake_case)]
 
 pub mod air;
+pub mod body_field;
 pub mod craters;
 mod ephemeris;
 pub mod fields;

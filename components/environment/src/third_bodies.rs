@@ -6,14 +6,13 @@
 //!              from a small body on an `orbit` about the Sun: what the ephemeris has from the Sun, less where the body is
 //! ```
 
+use crate::body_field::BodyField;
 use crate::ephemeris::Course;
 use crate::world::{Inner, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::ephemeris::{Body, OBLIQUITY_J2000};
-use linkwork_world::gravity::{
-    Harmonics, point_mass, point_mass_gradient, third_body, third_body_gradient,
-};
+use linkwork_world::gravity::{point_mass, point_mass_gradient, third_body, third_body_gradient};
 use linkwork_world::orbit::{Elements, propagate};
 use linkwork_world::planet::{
     Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS, PointMotion, Rotation,
@@ -140,7 +139,7 @@ pub(crate) struct Puller {
     pub mu: f64,
     way: Way,
     /// Its field and how it turns, where it is more than a point.
-    pub field: Option<(Harmonics, Rotation)>,
+    pub field: Option<(BodyField, Rotation)>,
 }
 
 /// Those who pull, in the order written, as points: on a planet, or on a small body on its `orbit`.
@@ -219,7 +218,7 @@ impl Puller {
         let point = third_body_gradient(self.mu, r, &s);
         let Some((field, rotation)) = &self.field else { return point };
         let (d, R) = (r - s, to_W(site, t) * rotation.at(t).R_IP);
-        let own = field.full(&(R.inverse() * d)).gradient;
+        let own = field.gradient(&(R.inverse() * d));
         let R = R.to_rotation_matrix().into_inner();
         point + R * own * R.transpose() - point_mass_gradient(self.mu, &d)
     }

@@ -147,9 +147,13 @@ mod tests {
         let y =
             at(&drag(Vec3::zeros()), Vec3::new(0.0, 0.0, 40_000.0), Vec3::new(6000.0, 0.0, 0.0));
         let want = 1.9027e-4 * (y.density / 0.66).sqrt() * 6000f64.powi(3);
-        // Of a dense gas but for 4 k²/(ρ r_n)/2.
-        let thin = 2.0 * 1.9027e-4_f64.powi(2) / (y.density * 0.66);
-        assert!((y.heating / want - 1.0 + thin).abs() < 1e-6 && y.heating > 1e4 && thin < 2e-4);
+        // Of a dense gas but for the share by which the energy of the stream bounds it.
+        let ratio = want / (0.5 * y.density * 6000f64.powi(3));
+        let bounded = want / (1.0 + ratio * ratio).sqrt();
+        assert!(
+            (y.heating / bounded - 1.0).abs() < 1e-9 && y.heating > 1e4 && ratio < 0.1,
+            "{ratio}"
+        );
     }
 
     /// No more than the energy that the gas brings, however thin it is; nothing without gas.

@@ -104,14 +104,14 @@ fn a_flight_past_the_moon_is_the_same_about_the_earth_and_about_the_moon() {
         worst.0
     );
     assert!(nearest > 1e7 && nearest < 2e7 && shape > 1.0);
-    worst.below(1e-6, "position, m");
+    worst.below(2e-6, "position, m");
     // What is no centre here is refused.
     let twice = text_with_fields(&format!("{field}, {field}"), &file("earth.txt"), epoch);
     for (text, fact) in [
-        (twice, "a field of Moon, which is no third body here, or has one"),
+        (twice, "a field of `moon`, which is no third body here, or has one"),
         (
             text_with_fields(&field.replace("moon", "mars"), &file("earth.txt"), epoch),
-            "a field of Mars",
+            "a field of `mars`",
         ),
         (
             text_with_fields(&field.replace("degree: 2", "degree: 3"), &file("earth.txt"), epoch),
@@ -250,8 +250,8 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
         &[
             "`world.shadows`",
             "at the epoch 2012-09-06T00:00:00",
-            "no way between bodies 10 and 399",
-            "to 2012-08-16T00:00:00",
+            "no way between bodies 301 and 399",
+            "to 2012-08-12T00:00:00",
             "covers this time",
         ],
     );

@@ -296,6 +296,7 @@ fn rendezvous(from: From, law: &str) -> Simulation {
         "chief": (parent: "world", hinge: Free, mass: 900, inertia: [90, 80, 70], initial: {}),
         "deputy": (parent: "world", hinge: Free, mass: 100, inertia: [9, 8, 7], initial: {}),
     }},
+    world: {},
     parts: {{
         {}
         "Law": ({law}, bind: {{ "chief": "node:chief", "deputy": "node:deputy" }}),
@@ -306,6 +307,7 @@ fn rendezvous(from: From, law: &str) -> Simulation {
 )"#,
         chief.initial(from),
         deputy.initial(from),
+        planet(from),
         environment(from),
     );
     scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"))

@@ -44,13 +44,13 @@ fn models() -> Vec<(&'static str, String, &'static str, &'static str)> {
         ),
         of(
             "axisymmetric_aerodynamics",
-            r#""area": 1, "length": 1, "angles": [0, 3], "machs": [0, 1], "axial": [[1, 1.5], [1, 1.5]], "normal": [[0, 0], [0, 0]], "pitch": [[0, 0], [0, 0]]"#,
+            r#""area": 1, "length": 1, "angles": [0, 3], "machs": [0, 1], "axial": [[1, 1.5], [-1, -1.5]], "normal": [[0, 0], [0, 0]], "pitch": [[0, 0], [0, 0]]"#,
             "body",
             "the flow leaves the tables, which have angles of 0.00 to 171.89 deg, here 7.",
         ),
         of(
             "sphere_cone",
-            r#""half_angle": 0.51, "bluntness": 0.5, "base_radius": 1"#,
+            r#""gamma": 1.4, "half_angle": 0.51, "bluntness": 0.5, "base_radius": 1"#,
             "body",
             "the flow goes on at a total angle of attack of 29.22 deg, above the half-angle of 29.22 deg",
         ),

@@ -55,6 +55,10 @@ pub struct Us76Params {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
+    /// Added to the temperature of the standard, for hot and cold days: up to 71 km, fading to zero at 86 km. The pressure at height 0 stays, and the
+    /// air is in hydrostatic balance.
+    #[param(unit = "K", default = 0.0, range = -80.0..=80.0)]
+    pub temperature_offset: f64,
     /// What happens where its data end (−5 and 1000 km, beyond which density falls on): continue, clamp, stop; default: it goes on, and the run tells it once.
     #[param(default = None)]
     pub outside: Option<Outside>,
@@ -81,7 +85,7 @@ impl Service for StandardAtmosphere {
         world.only(Centre::Earth, "the US Standard Atmosphere 1976 is the air")?;
         let gas = (Some(Sutherland::EARTH), Some(HEATING_AIR));
         let around = Around::new(&written!(p, world), US76_RANGE, gas, files)?;
-        Ok(StandardAtmosphere { around, model: Us76::new() })
+        Ok(StandardAtmosphere { around, model: Us76::with_offset(p.temperature_offset) })
     }
 }
 

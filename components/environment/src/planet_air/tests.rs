@@ -21,6 +21,7 @@ fn the_standard_atmosphere_moves_with_the_ground_and_the_wind() {
         winds,
         wind_table: None,
         density: vec![],
+        temperature_offset: 0.0,
         outside: None,
     };
     let air = StandardAtmosphere::build(p, &Files::default()).unwrap();
@@ -231,7 +232,14 @@ fn where_data_end_the_user_says_what_happens() {
     let mars = WorldParams::of(Centre::Mars);
     let us76 = |outside| -> Box<dyn Atmosphere> {
         let world = handle(earth.clone());
-        let p = Us76Params { world, winds: vec![], wind_table: None, density: vec![], outside };
+        let p = Us76Params {
+            world,
+            winds: vec![],
+            wind_table: None,
+            density: vec![],
+            temperature_offset: 0.0,
+            outside,
+        };
         Box::new(StandardAtmosphere::build(p, &files).unwrap())
     };
     let msis = |outside| -> Box<dyn Atmosphere> {
@@ -289,6 +297,7 @@ fn winds_that_do_not_rise_are_refused() {
         winds,
         wind_table: None,
         density: vec![],
+        temperature_offset: 0.0,
         outside: None,
     };
     let e = StandardAtmosphere::build(p, &Files::default()).err().unwrap();
@@ -307,7 +316,14 @@ fn winds_come_from_a_file() {
     let table = || Some("wind.csv".to_string());
     let us76 = |winds, wind_table| -> Result<Box<dyn Atmosphere>, BuildError> {
         let world = handle(earth.clone());
-        let p = Us76Params { world, winds, wind_table, density: vec![], outside: None };
+        let p = Us76Params {
+            world,
+            winds,
+            wind_table,
+            density: vec![],
+            temperature_offset: 0.0,
+            outside: None,
+        };
         Ok(Box::new(StandardAtmosphere::build(p, &files)?))
     };
     let msis = |winds, wind_table| -> Result<Box<dyn Atmosphere>, BuildError> {

@@ -148,6 +148,7 @@ impl Model for EntryAerodynamics {
     fn build(p: EntryParams) -> Result<Self, BuildError> {
         let (drag, ratio) =
             (Curve::new(&p.drag, "drag")?, Curve::new(&p.lift_to_drag, "lift_to_drag")?);
+        let drag = drag.not_negative("C_D", "drag")?;
         let heating = heating_constant(p.heating_constant, &p.atmosphere)?;
         // Without lift the vertical does not matter.
         let lifts = p.lift_to_drag.iter().any(|row| row[1] != 0.0);

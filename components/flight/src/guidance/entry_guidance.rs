@@ -384,7 +384,11 @@ mod tests {
         };
         let rows = vehicle.reference([0.0, 5845.0, -0.26, 80_000.0], 0.5, 450.0, 0.25).unwrap();
         // As far as the reference flies and `far` farther, and aside.
-        let angle = (rows[0].range + far) / radius;
+        let mut x = [0.0, 5845.0, -0.26, 80_000.0];
+        while x[1] < rows[0].speed - 1e-9 {
+            x = vehicle.step(&x, 0.5, 0.25);
+        }
+        let angle = (x[0] + rows[0].range + far) / radius;
         let start = Vec3::x();
         let target = Vec3::new(angle.cos(), angle.sin(), aside / radius);
         let m = EntryGuidance::build(params(target)).unwrap();

@@ -231,7 +231,8 @@ impl Model for Canopy {
     type D = Filling;
     type G = NextChange;
     fn build(p: CanopyParams) -> Result<Self, BuildError> {
-        let efficiency = Curve::new(&p.efficiency, "efficiency")?;
+        let efficiency = Curve::new(&p.efficiency, "efficiency")?
+            .not_negative("the efficiency of the drag", "efficiency")?;
         let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("stages"));
         match p.stages.first() {
             None => return wrong("a canopy without a stage never opens", "write stages: [()]"),
@@ -552,6 +553,9 @@ mod tests {
         let mut p = params(0.01);
         (p.start, p.efficiency) = (None, vec![[0.25, 1.0], [0.03, 1.0]]);
         assert!(Canopy::build(p.clone()).is_err(), "rows that do not rise");
+        p.efficiency = vec![[0.0, -1.0]];
+        let e = Canopy::build(p.clone()).err().unwrap();
+        assert!(e.message.contains("below zero") && e.param.as_deref() == Some("efficiency"));
         p.efficiency = vec![[0.005, 1.0], [0.02, 0.8]];
         let m = Canopy::build(p.clone()).unwrap();
         // Sound goes at 1e4 m/s: Mach 0.01 and 0.03.
