@@ -21,8 +21,8 @@ const CRAFT: &str =
 fn orbit() -> String {
     format!(
         "Simulation(until: \"10 h\", step: \"10 s\", integrator: \"rk4\", bodies: {{ {CRAFT} }}, gravity: \"Field\",
-        parts: {{ \"Field\": (model: \"environment.zonal_gravity\",
-            params: {{ \"mu\": 3.986004415e14, \"radius\": 6378136.6, \"j2\": 1.08262668e-3 }}) }})"
+        world: (body: \"earth\", mu: 3.986004415e14),
+        parts: {{ \"Field\": (model: \"environment.zonal_gravity\", params: {{ \"radius\": 6378136.6, \"j2\": 1.08262668e-3 }}) }})"
     )
 }
 
@@ -36,8 +36,9 @@ fn field_file() -> Option<String> {
 fn field(file: &str, degree: usize) -> String {
     format!(
         "Simulation(until: \"10 h\", step: \"10 s\", integrator: \"rk4\", bodies: {{ {CRAFT} }}, gravity: \"Field\",
+        world: (body: \"earth\"),
         parts: {{ \"Field\": (model: \"environment.spherical_harmonics\",
-            params: {{ \"file\": {file:?}, \"format\": basilisk, \"degree\": {degree}, \"planet\": (turns: fixed) }}) }})"
+            params: {{ \"file\": {file:?}, \"format\": \"basilisk\", \"degree\": {degree} }}) }})"
     )
 }
 
@@ -121,16 +122,18 @@ fn guided_entry() -> String {
     "Simulation(until: \"200 s\", step: \"100 ms\", integrator: \"rk4\", gravity: \"Field\",
         bodies: { \"capsule\": (parent: \"world\", hinge: Free, mass: 3150, inertia: [5600, 4900, 4700],
             initial: (position: [3521190, 0, 0], velocity: [-1562, 5632, 0])) },
+        world: (body: \"mars\", mu: 4.282837362e13, flattening: 0),
         parts: {
-            \"Field\": (model: \"environment.zonal_gravity\", params: { \"mu\": 4.282837362e13, \"radius\": 3396190, \"j2\": 1.9566e-3 }),
-            \"Air\": (model: \"environment.exponential_atmosphere\", params: { \"planet_radius\": 3396190, \"density\": 0.0158,
-                \"scale_height\": 9354, \"rotation\": [0, 0, 7.0882181e-5] }),
+            \"Field\": (model: \"environment.zonal_gravity\", params: { \"j2\": 1.9566e-3 }),
+            \"Air\": (model: \"environment.exponential_atmosphere\", params: { \"density\": 0.0158, \"scale_height\": 9354,
+                \"temperature\": 210, \"gas_constant\": 191.8, \"heat_ratio\": 1.33, \"heating_constant\": 1.9027e-4 }),
             \"Aero\": (model: \"flight.entry_aerodynamics\", params: { \"area\": 15.9, \"nose_radius\": 1.1,
                 \"drag\": [[0, 1.0], [2, 1.4], [30, 1.5]], \"lift_to_drag\": [[0, 0.1], [3, 0.23], [40, 0.25]] },
                 bind: { \"body\": \"node:capsule\" }),
             \"Deceleration\": (model: \"basics.gain\", params: { \"k\": 3.2e-4 }),
             \"Guidance\": (model: \"flight.entry_guidance\", rate: \"2 Hz\", params: { \"target\": [0.975, 0.22, 0.01],
-                \"ballistic\": 136, \"lift_ref\": 0.45, \"end_speed\": 450 }, bind: { \"body\": \"node:capsule\" }),
+                \"ballistic\": 136, \"density\": 0.0158, \"scale_height\": 9354, \"lift_to_drag\": 0.24, \"lift_ref\": 0.45,
+                \"start_height\": 80000, \"start_speed\": 5845, \"start_angle\": -0.26, \"end_speed\": 450 }, bind: { \"body\": \"node:capsule\" }),
         },
         wires: [\"Aero.drag -> Deceleration.u\", (wire: \"Deceleration.y -> Guidance.drag\", delay: 1), \"Guidance.bank -> Aero.bank\"])"
         .to_string()
@@ -142,9 +145,10 @@ fn entry(settings: &str) -> String {
     format!(
         "Simulation(until: \"160 s\", {settings}, bodies: {{ \"capsule\": (parent: \"world\", hinge: Free, mass: 3150,
             inertia: [5600, 4900, 4700], initial: (position: [3521190, 0, 0], velocity: [{:?}, {:?}, 0])) }},
-        gravity: \"Field\", parts: {{ \"Field\": (model: \"environment.point_mass_gravity\", params: {{ \"mu\": 4.282837362e13 }}),
-        \"Air\": (model: \"environment.exponential_atmosphere\", params: {{ \"planet_radius\": 3396190, \"density\": 0.0158,
-            \"scale_height\": 9354, \"rotation\": [0, 0, 0] }}),
+        world: (body: \"mars\", mu: 4.282837362e13, flattening: 0, turns: \"still\"),
+        gravity: \"Field\", parts: {{ \"Field\": (model: \"environment.point_mass_gravity\"),
+        \"Air\": (model: \"environment.exponential_atmosphere\", params: {{ \"density\": 0.0158, \"scale_height\": 9354,
+            \"temperature\": 210, \"gas_constant\": 191.8, \"heat_ratio\": 1.33 }}),
         \"Drag\": (model: \"flight.drag\", params: {{ \"coefficient\": 1.45, \"area\": 15.9, \"heating_constant\": 0 }},
             bind: {{ \"body\": \"node:capsule\" }}) }})",
         speed * angle.sin(),

@@ -2,6 +2,7 @@
 //! ```text
 //! ẋ = v_x cos ψ − v_y sin ψ,  ẏ = v_x sin ψ + v_y cos ψ,  ψ̇ = ω          midpoint heading over a sample
 //! ```
+//! With a gyro ω is its rate less that of the planet about z of W, where W is a site that turns.
 
 use crate::geometry::{Layout, WheelPlace};
 use linkwork_runtime::prelude::*;
@@ -20,6 +21,9 @@ pub struct OdometryParams {
     /// Takes the turn rate from `yaw_rate` instead of the wheels.
     #[param(default = false)]
     pub gyro: bool,
+    /// The world: a gyro on a planet measures its rotation about the vertical, too, which is taken off.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// Estimated pose.
@@ -68,6 +72,8 @@ pub struct OdometryState {
 /// Wheel odometry.
 pub struct Odometry {
     p: OdometryParams,
+    /// Rate of the planet about z of W, rad/s.
+    turning: f64,
     layout: Layout,
 }
 
@@ -107,7 +113,9 @@ impl SizedModel for Odometry {
             let fact = BuildError::new("the wheels are all in one place or one line");
             return Err(fact.help("give at least two wheels beside each other").at("wheels"));
         }
-        Ok(Odometry { p, layout })
+        let site = p.world.as_ref().and_then(|w| w.axes().site());
+        let turning = site.map_or(0.0, |s| s.omega().z);
+        Ok(Odometry { p, turning, layout })
     }
 
     fn initial(&self, _: &mut [f64], d: &mut [f64]) {
@@ -131,7 +139,7 @@ impl SizedModel for Odometry {
         };
         // That the wheels determine it was seen when it was built.
         let [vx, vy, wheels] = self.layout.twist(measured).unwrap_or([0.0; 3]);
-        let turn_rate = if self.p.gyro { u[u.len() - 1] } else { wheels };
+        let turn_rate = if self.p.gyro { u[u.len() - 1] - self.turning } else { wheels };
         let (sin, cos) = (d.heading + 0.5 * turn_rate * c.dt).sin_cos();
         OdometryState {
             position: [
@@ -160,7 +168,13 @@ mod tests {
         for wheels in [curiosity(), four] {
             let (v, rho) = (0.1, 4.0);
             let l = Layout::new(&wheels, 0.25).unwrap();
-            let p = OdometryParams { wheels, radius: 0.25, start: [1.0, 2.0, 0.5], gyro: false };
+            let p = OdometryParams {
+                wheels,
+                radius: 0.25,
+                start: [1.0, 2.0, 0.5],
+                gyro: false,
+                world: None,
+            };
             let ports = Odometry::ports(&p).inputs;
             let mut u = vec![0.0; ports.len()];
             for (lane, port) in u.iter_mut().zip(&ports) {
@@ -189,7 +203,7 @@ mod tests {
     #[test]
     fn wheels_in_one_line_are_refused() {
         let wheels = places(&[([0.5, 0.0], false), ([-0.5, 0.0], false)]);
-        let p = OdometryParams { wheels, radius: 0.25, start: [0.0; 3], gyro: true };
+        let p = OdometryParams { wheels, radius: 0.25, start: [0.0; 3], gyro: true, world: None };
         assert!(Odometry::build(p).is_err());
     }
 }

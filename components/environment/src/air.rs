@@ -1,7 +1,6 @@
-//! Exponential atmosphere over a round planet or a flat site.
+//! Exponential atmosphere.
 //! ```text
-//! ρ = ρ₀ e^(−h/H)      p = ρ R_s T      a = √(γ R_s T)      T = g H/R_s when it is not given
-//! wind = Ω × p (the air turns with the planet) + steady wind
+//! ρ = ρ₀ e^(−(h − h₀)/H)      p = ρ R_s T      a = √(γ R_s T)      T = g H/R_s when it is not given
 //! ```
 //! Isothermal; good for a scale height or two of range and for closed-form checks.
 
@@ -10,9 +9,9 @@ use linkwork_spatial::Vec3;
 /// Constants of the atmosphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exponential {
-    /// Radius of the planet around the origin of W, m; 0 for a flat site whose height is z.
-    pub planet_radius: f64,
-    /// Density at height 0, kg/m³.
+    /// h₀, m.
+    pub reference_height: f64,
+    /// Density at h₀, kg/m³.
     pub density: f64,
     /// Scale height, m.
     pub scale_height: f64,
@@ -22,8 +21,6 @@ pub struct Exponential {
     pub gas_constant: f64,
     /// Ratio of specific heats.
     pub heat_ratio: f64,
-    /// Rotation of the planet, W, rad/s.
-    pub rotation: Vec3,
     /// Steady wind, W, m/s.
     pub wind: Vec3,
 }
@@ -39,26 +36,18 @@ pub struct AirState {
     pub temperature: f64,
     /// Speed of sound, m/s.
     pub speed_of_sound: f64,
-    /// Velocity of the air in W, m/s.
-    pub wind: Vec3,
 }
 
 impl Exponential {
-    /// Height above the planet's surface, m.
-    pub fn height(&self, p: Vec3) -> f64 {
-        if self.planet_radius > 0.0 { p.norm() - self.planet_radius } else { p.z }
-    }
-
-    /// The air at the point `p` (m, W).
-    pub fn at(&self, p: Vec3) -> AirState {
-        let density = self.density * (-self.height(p) / self.scale_height).exp();
+    /// The air at a height (m).
+    pub fn at(&self, height: f64) -> AirState {
+        let density = self.density * (-(height - self.reference_height) / self.scale_height).exp();
         let rt = self.gas_constant * self.temperature;
         AirState {
             density,
             pressure: density * rt,
             temperature: self.temperature,
             speed_of_sound: (self.heat_ratio * rt).sqrt(),
-            wind: self.rotation.cross(&p) + self.wind,
         }
     }
 }
@@ -75,20 +64,19 @@ mod tests {
 
     fn mars() -> Exponential {
         Exponential {
-            planet_radius: 3_396_190.0,
+            reference_height: 0.0,
             density: 0.020,
             scale_height: 11_100.0,
             temperature: 210.0,
             gas_constant: 191.8,
             heat_ratio: 1.33,
-            rotation: Vec3::new(0.0, 0.0, 7.088e-5),
             wind: Vec3::zeros(),
         }
     }
 
     #[test]
     fn density_falls_by_e_in_a_scale_height() {
-        let at = |h: f64| mars().at(Vec3::new(0.0, 3_396_190.0 + h, 0.0));
+        let at = |h: f64| mars().at(h);
         assert!((at(0.0).density - 0.020).abs() < 1e-12);
         assert!((at(11_100.0).density / at(0.0).density - (-1f64).exp()).abs() < 1e-9);
         assert!((at(0.0).speed_of_sound - 231.45).abs() < 0.1);
@@ -96,15 +84,9 @@ mod tests {
     }
 
     #[test]
-    fn air_turns_with_the_planet() {
-        let wind = mars().at(Vec3::new(3_396_190.0, 0.0, 0.0)).wind;
-        assert!((wind - Vec3::new(0.0, 240.72, 0.0)).norm() < 0.01, "{wind}");
-    }
-
-    #[test]
-    fn flat_site_uses_z() {
-        let a = Exponential { planet_radius: 0.0, ..mars() };
-        assert!((a.at(Vec3::new(5.0, 6.0, 11_100.0)).density - 0.020 / 1f64.exp()).abs() < 1e-12);
+    fn the_density_is_that_of_the_reference_height() {
+        let a = Exponential { reference_height: 5e3, ..mars() };
+        assert!((a.at(5e3 + 11_100.0).density - 0.020 / 1f64.exp()).abs() < 1e-12);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! ```
 //! Beyond what the source covers there is no answer, and the service says so by its `trouble`.
 
-use crate::planet::{PlanetParams, fault};
+use crate::world::{WorldParams, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::WorldError;
 use linkwork_world::ephemeris::{Analytic, Body, Ephemeris, Sampled, Spk, date};
@@ -53,43 +53,54 @@ impl Ephemeris for Source {
 }
 
 /// The bodies around a planet from an epoch on.
+#[derive(Clone)]
 pub(crate) struct Heavens {
     source: Arc<Source>,
-    centre: Body,
+    /// None of a body that no ephemeris knows.
+    centre: Option<Body>,
     epoch: Epoch,
     /// How long tables are made for, s.
     span: f64,
 }
 
 impl Heavens {
-    /// Those of a planet; `what` needs them.
-    pub fn around(planet: &PlanetParams, files: &Files, what: &str) -> Result<Heavens, BuildError> {
-        planet.among_the_stars(what)?;
-        let epoch = planet.epoch(what)?;
-        let source = match &planet.kernel {
+    /// Those around the body of a world with an epoch.
+    pub fn around(world: &WorldParams, files: &Files) -> Result<Heavens, BuildError> {
+        let epoch = world.epoch("an ephemeris")?;
+        let source = match &world.kernel {
             None => Source::Analytic(Analytic),
             Some(file) => {
-                let path = files.resolve(file).map_err(|e| e.at("planet"))?;
+                let path = files.resolve(file).map_err(|e| e.at("kernel"))?;
                 let bytes = std::fs::read(&path).map_err(|e| {
                     let help = "give an SPK kernel (.bsp), such as de440.bsp of NAIF";
-                    BuildError::new(format!("`{file}` cannot be read: {e}")).help(help).at("planet")
+                    BuildError::new(format!("`{file}` cannot be read: {e}")).help(help).at("kernel")
                 })?;
-                let spk = Spk::parse(file, &bytes).map_err(|e| fault(&e, "planet"))?;
+                let spk = Spk::parse(file, &bytes).map_err(|e| fault(&e, "kernel"))?;
                 Source::Kernel(spk, file.clone())
             }
         };
-        let (centre, span) = (planet.body.body(), planet.span);
+        let (centre, span) = (world.body.body(), world.span);
         Ok(Heavens { source: Arc::new(source), centre, epoch, span })
     }
 
     /// The same seen from another centre.
-    pub fn from(self, centre: Body) -> Heavens {
-        Heavens { centre, ..self }
+    pub fn from(&self, centre: Body) -> Heavens {
+        Heavens { centre: Some(centre), ..self.clone() }
+    }
+
+    /// The date of t = 0.
+    pub fn epoch(&self) -> Epoch {
+        self.epoch
     }
 
     /// The way of one body; `param` names what asks for it.
     pub fn course(&self, body: Body, param: &str) -> Result<Course, BuildError> {
-        let (source, origin) = (self.source.clone(), self.centre);
+        let Some(origin) = self.centre else {
+            let fact = "where the body of `world` is among the others is not known";
+            let help = "write `orbit`, its way about the Sun, in `environment.polyhedral_gravity`; or `body: earth`, mars or moon";
+            return Err(BuildError::new(fact).help(help).at(param));
+        };
+        let source = self.source.clone();
         let start = self.epoch.tdb_days();
         let named = |e: &WorldError| {
             let mut e = fault(e, param);
@@ -159,7 +170,7 @@ impl Course {
             self.epoch,
         );
         let help = format!(
-            "end the run before t = {:.0} s, begin it at another epoch, or write in `planet` a `kernel` (SPK file) that covers it",
+            "end the run before t = {:.0} s, begin it at another epoch, or write in `world` a `kernel` (SPK file) that covers it",
             self.range[1].floor()
         );
         BuildError::new(fact).help(help)

@@ -1,22 +1,28 @@
 //! Services of gravity, air and sun: `environment.uniform_gravity`, `environment.point_mass_gravity`,
-//! `environment.exponential_atmosphere`, `environment.mars_sun`, `environment.fixed_sun`.
+//! `environment.exponential_atmosphere`, `environment.fixed_sun`.
 
 use crate::air::{Exponential, point_mass};
 use crate::gravity::{around, from_centre, gradient_around};
-use crate::mars_sun::{MarsTime, days_since_j2000};
-use crate::planet::{Planet, PlanetParams};
+use crate::light::Seen;
 use crate::planet_air::SutherlandParams;
+use crate::world::PlanetWorld;
+use linkwork_runtime::SOLAR_CONSTANT;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::atmosphere::Sutherland;
 use linkwork_world::gravity::point_mass_gradient;
+use linkwork_world::planet::AU;
+use std::f64::consts::FRAC_PI_2;
 
 /// One acceleration everywhere.
 #[derive(Params, Clone, Debug)]
 pub struct UniformGravityParams {
-    /// Acceleration in W; unwritten: Mars, 3.72076 m/s² down.
-    #[param(unit = "m/s^2", default = Vec3::new(0.0, 0.0, -3.72076))]
-    pub acceleration: Vec3,
+    /// Acceleration in W. By default, on level ground of a world (`turning: false`): that of the body's mass and rotation at the origin, along −z.
+    #[param(unit = "m/s^2")]
+    pub acceleration: Option<Vec3>,
+    /// The world, where there is one.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// Uniform gravity.
@@ -34,297 +40,328 @@ impl Gravity for UniformGravity {
     }
 }
 
-/// The same gravity everywhere; right for a site of some kilometres.
+/// The same gravity everywhere: for level ground of some kilometres.
 #[service("environment.uniform_gravity", Gravity)]
 impl Service for UniformGravity {
     type Params = UniformGravityParams;
     fn build(p: UniformGravityParams, _: &Files) -> Result<Self, BuildError> {
-        Ok(UniformGravity(p.acceleration))
+        let world = p.world.as_ref().map(PlanetWorld::of).transpose()?;
+        match (world, p.acceleration) {
+            (Some(world), _) if world.planet.site.is_none() => {
+                let fact = "uniform gravity is for level ground, and by `world` the centre of a body is the origin of W";
+                let help = "use `environment.point_mass_gravity`, or write `site: (.., turning: false)` in `world`";
+                Err(BuildError::new(fact).help(help))
+            }
+            (_, Some(acceleration)) => Ok(UniformGravity(acceleration)),
+            (Some(world), None) => {
+                let mu = world.needs_mu()?;
+                let at = world.planet.site.map_or(Vec3::zeros(), |site| {
+                    let r = site.from_centre(&Vec3::zeros());
+                    r * (-mu / r.norm().powi(3)) + site.centrifugal(&Vec3::zeros())
+                });
+                Ok(UniformGravity(-Vec3::z() * at.norm()))
+            }
+            (None, None) => {
+                let fact = "the acceleration of gravity is not written";
+                let help = "write acceleration: [0, 0, -9.80665], or state the place: world: (body: \"mars\", site: (latitude: .., longitude: .., turning: false))";
+                Err(BuildError::new(fact).help(help).at("acceleration"))
+            }
+        }
     }
 }
 
-/// A round planet at the origin of W.
+/// The body of the world as a point.
 #[derive(Params, Clone, Debug)]
 pub struct PointMassGravityParams {
-    /// Gravitational parameter; unwritten: Mars.
-    #[param(unit = "m^3/s^2", default = 4.282_837_521_4e13, range = 0.0..)]
-    pub mu: f64,
-    /// The planet; unwritten, or without a site: it is at the origin of W. How it turns is told to what asks for its axes (a magnetic
-    /// field).
-    pub planet: Option<PlanetParams>,
+    /// The world, whose body it is.
+    #[param(service)]
+    pub world: Handle<dyn World>,
 }
 
 /// Gravity of a point mass.
 pub struct PointMassGravity {
     mu: f64,
-    /// Where it is written.
-    planet: Option<Planet>,
-}
-
-impl PointMassGravity {
-    fn site_of(&self) -> Option<&Site> {
-        self.planet.as_ref()?.site.as_ref()
-    }
+    world: PlanetWorld,
 }
 
 impl Gravity for PointMassGravity {
     fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-        around(self.site_of(), p, |p| point_mass(self.mu, *p))
+        around(&self.world.planet, p, |p| point_mass(self.mu, *p))
     }
     fn gradient(&self, _: f64, p: Vec3) -> Option<Mat3> {
         let own = |p: &Vec3| point_mass_gradient(self.mu, p);
-        Some(gradient_around(self.site_of(), p, own))
+        Some(gradient_around(&self.world.planet, p, own))
     }
     fn scale(&self, _: f64, p: Vec3) -> f64 {
-        0.5 * from_centre(self.site_of(), p)
-    }
-    fn planet_axes(&self, t: f64) -> Option<Quat> {
-        self.planet.as_ref().map(|planet| planet.axes_at(t))
-    }
-    fn epoch(&self) -> Option<&str> {
-        self.planet.as_ref()?.epoch.as_deref()
+        0.5 * from_centre(self.world.planet.site.as_ref(), p)
     }
     fn axes(&self) -> Axes {
-        Axes::of(self.site_of().copied())
+        self.world.planet.axes()
     }
 }
 
-/// Inverse-square gravity of a planet at the origin of W, or around the site that W is.
+/// Inverse-square gravity of the world's body.
 #[service("environment.point_mass_gravity", Gravity)]
 impl Service for PointMassGravity {
     type Params = PointMassGravityParams;
-    fn build(p: PointMassGravityParams, files: &Files) -> Result<Self, BuildError> {
-        let planet = p.planet.as_ref().map(|planet| planet.about_z(files)).transpose()?;
-        Ok(PointMassGravity { mu: p.mu, planet })
+    fn build(p: PointMassGravityParams, _: &Files) -> Result<Self, BuildError> {
+        let world = PlanetWorld::of(&p.world)?;
+        Ok(PointMassGravity { mu: world.needs_mu()?, world })
     }
 }
 
-/// An isothermal atmosphere; unwritten values are those of Mars.
+/// An isothermal atmosphere around the world's body, or over level ground.
 #[derive(Params, Clone, Debug)]
 pub struct AtmosphereParams {
-    /// Radius of the planet around the origin of W; 0: a flat site whose height is z.
-    #[param(unit = "m", default = 3_396_190.0, range = 0.0..)]
-    pub planet_radius: f64,
-    /// Density at height 0.
-    #[param(unit = "kg/m^3", default = 0.020, range = 0.0..)]
+    /// Density at the reference height.
+    #[param(unit = "kg/m^3", range = 0.0..)]
     pub density: f64,
     /// Scale height.
-    #[param(unit = "m", default = 11_100.0, range = 1.0..)]
+    #[param(unit = "m", range = 1.0..)]
     pub scale_height: f64,
     /// Temperature.
-    #[param(unit = "K", default = 210.0, range = 1.0..)]
+    #[param(unit = "K", range = 1.0..)]
     pub temperature: f64,
     /// Specific gas constant.
-    #[param(unit = "J/(kg K)", default = 191.8, range = 1.0..)]
+    #[param(unit = "J/(kg K)", range = 1.0..)]
     pub gas_constant: f64,
     /// Ratio of specific heats.
-    #[param(default = 1.33, range = 1.0..)]
+    #[param(range = 1.0..)]
     pub heat_ratio: f64,
-    /// Viscosity of the gas, for Reynolds numbers; unwritten: not known.
+    /// Height over the ellipsoid of the world's body, or z of level ground, at which the density is `density`.
+    #[param(unit = "m", default = 0.0)]
+    pub reference_height: f64,
+    /// Viscosity of the gas, for Reynolds numbers; default: not known.
     pub viscosity: Option<SutherlandParams>,
-    /// Rotation of the planet, W: the air turns with it.
-    #[param(unit = "rad/s", default = Vec3::zeros())]
-    pub rotation: Vec3,
-    /// Steady wind, W.
+    /// Constant k (kg^½/m) of Sutton and Graves, q = k √(ρ/r_n) V³: air 1.7415e-4, carbon dioxide 1.9027e-4; default: not known.
+    #[param(range = 0.0..)]
+    pub heating_constant: Option<f64>,
+    /// Steady wind in addition to the rotation of the body, W.
     #[param(unit = "m/s", default = Vec3::zeros())]
     pub wind: Vec3,
+    /// The world; without one W is level ground, z up.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// Exponential atmosphere.
 pub struct ExponentialAtmosphere {
     air: Exponential,
     viscosity: Option<Sutherland>,
+    heating: Option<f64>,
+    world: Option<PlanetWorld>,
+}
+
+impl ExponentialAtmosphere {
+    /// Height over the ellipsoid, or over z = 0 of level ground; and the velocity of the ground under p.
+    fn height(&self, t: f64, p: Vec3) -> (f64, Vec3) {
+        let Some(world) =
+            self.world.as_ref().filter(|w| !matches!(w.planet.axes(), Axes::Level(_)))
+        else {
+            return (p.z, Vec3::zeros());
+        };
+        let (spin, place) = world.planet.place(t, p);
+        (place.map_or(f64::NAN, |place| place.altitude), spin.omega_I.cross(&p))
+    }
 }
 
 impl Atmosphere for ExponentialAtmosphere {
-    fn air(&self, _: f64, p: Vec3) -> Air {
-        let a = self.air.at(p);
+    fn air(&self, t: f64, p: Vec3) -> Air {
+        let (height, ground) = self.height(t, p);
+        let a = self.air.at(height);
         Air {
             density: a.density,
             pressure: a.pressure,
             temperature: a.temperature,
             speed_of_sound: a.speed_of_sound,
-            wind: a.wind,
+            wind: ground + self.air.wind,
         }
     }
     fn viscosity(&self, temperature: f64) -> Option<f64> {
         self.viscosity.map(|law| law.at(temperature))
     }
-    fn altitude(&self, _: f64, p: Vec3) -> Option<f64> {
-        Some(self.air.height(p))
+    fn altitude(&self, t: f64, p: Vec3) -> Option<f64> {
+        Some(self.height(t, p).0)
     }
-    fn axes(&self) -> Axes {
-        if self.air.planet_radius > 0.0 { Axes::Inertial } else { Axes::Any }
+    fn heating_constant(&self) -> Option<f64> {
+        self.heating
     }
 }
 
-/// Density that falls exponentially with height, one temperature, air that turns with the planet.
+/// Density that falls exponentially with height, one temperature, air that turns with the world's body.
 #[service("environment.exponential_atmosphere", Atmosphere)]
 impl Service for ExponentialAtmosphere {
     type Params = AtmosphereParams;
     fn build(p: AtmosphereParams, _: &Files) -> Result<Self, BuildError> {
         let viscosity = p.viscosity.as_ref().map(SutherlandParams::law);
         let air = Exponential {
-            planet_radius: p.planet_radius,
+            reference_height: p.reference_height,
             density: p.density,
             scale_height: p.scale_height,
             temperature: p.temperature,
             gas_constant: p.gas_constant,
             heat_ratio: p.heat_ratio,
-            rotation: p.rotation,
             wind: p.wind,
         };
-        Ok(ExponentialAtmosphere { air, viscosity })
-    }
-}
-
-/// A site on Mars and the time at which the simulation starts.
-#[derive(Params, Clone, Debug)]
-pub struct MarsSunParams {
-    /// UTC at simulated time 0, such as 2012-08-06T05:17:57Z.
-    pub epoch: String,
-    /// Planetocentric latitude of the site.
-    #[param(unit = "rad", default = 0.0, range = -1.571..=1.571)]
-    pub latitude: f64,
-    /// East longitude of the site.
-    #[param(unit = "rad", default = 0.0)]
-    pub longitude: f64,
-    /// Angle of x of W from east towards north, as of a site: y is north for 0.
-    #[param(unit = "rad", default = 0.0)]
-    pub heading: f64,
-}
-
-/// The sun over a site on Mars.
-pub struct MarsSun {
-    start_days: f64,
-    latitude_deg: f64,
-    longitude_deg: f64,
-    /// East, north, up to W.
-    turn: Option<Quat>,
-}
-
-impl Sun for MarsSun {
-    fn state(&self, t: f64) -> SunState {
-        let mars = MarsTime::at(self.start_days + t / 86_400.0);
-        let seen = mars.sun_direction(self.latitude_deg, self.longitude_deg);
-        let direction = self.turn.map_or(seen, |turn| turn * seen);
-        SunState { direction, distance_au: mars.distance_au }
-    }
-}
-
-/// The sun over a site on Mars by the Mars24 algorithm; W is the site's frame: x east, y north, z up, or turned by `heading`.
-#[service("environment.mars_sun", Sun)]
-impl Service for MarsSun {
-    type Params = MarsSunParams;
-    fn build(p: MarsSunParams, _: &Files) -> Result<Self, BuildError> {
-        let start_days =
-            days_since_j2000(&p.epoch).map_err(|e| BuildError::new(e.to_string()).at("epoch"))?;
-        Ok(MarsSun {
-            start_days,
-            latitude_deg: p.latitude.to_degrees(),
-            longitude_deg: p.longitude.to_degrees(),
-            turn: (p.heading != 0.0).then(|| Quat::from_scaled_axis(Vec3::z() * -p.heading)),
-        })
+        let world = p.world.as_ref().map(PlanetWorld::of).transpose()?;
+        Ok(ExponentialAtmosphere { air, viscosity, heating: p.heating_constant, world })
     }
 }
 
 /// A sun that stands still in W, or among the stars.
 #[derive(Params, Clone, Debug)]
 pub struct FixedSunParams {
-    /// Azimuth from north (y) towards east (x).
-    #[param(unit = "rad", default = 0.0)]
-    pub azimuth: f64,
-    /// Elevation above the horizon.
-    #[param(unit = "rad", default = 0.8, range = -1.571..=1.571)]
-    pub elevation: f64,
-    /// Distance, AU.
-    #[param(default = 1.524, range = 0.01..)]
-    pub distance_au: f64,
-    /// The planet, where W is a site on it: the sun stands still among the stars, and azimuth and elevation are those
-    /// at t = 0. Unwritten, or without a site: it stands still in W.
-    pub planet: Option<PlanetParams>,
+    /// On level ground or a site: azimuth from north (y) towards east (x).
+    #[param(unit = "rad")]
+    pub azimuth: Option<f64>,
+    /// On level ground or a site: elevation above the horizon.
+    #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
+    pub elevation: Option<f64>,
+    /// Where W is inertial: direction to the Sun, W.
+    pub direction: Option<Vec3>,
+    /// Distance in AU; default: the mean distance of the world's body.
+    #[param(range = 0.01..)]
+    pub distance_au: Option<f64>,
+    /// The world, where there is one.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// A fixed sun.
 pub struct FixedSun {
     /// At t = 0.
     start: SunState,
-    site: Option<Site>,
+    world: Option<PlanetWorld>,
+    /// It is given over level ground, whose horizon hides it.
+    level: bool,
 }
 
 impl Sun for FixedSun {
     fn state(&self, t: f64) -> SunState {
-        let Some(site) = &self.site else { return self.start };
+        // From a site that turns it stands still among the stars.
+        let turning = |w: &PlanetWorld| w.planet.site.filter(|_| w.planet.turning);
+        let Some(site) = self.world.as_ref().and_then(turning) else { return self.start };
         let turned = site.to_inertial(t).inverse() * site.to_inertial(0.0);
         SunState { direction: turned * self.start.direction, ..self.start }
     }
-    fn axes(&self) -> Axes {
-        self.site.map_or(Axes::Any, Axes::Site)
+    fn light(&self, t: f64, p: &Vec3) -> Light {
+        let SunState { direction, distance_au } = self.state(t);
+        let sun = direction * (distance_au * AU);
+        if let Some(world) = &self.world {
+            return world.light(t, p, &sun);
+        }
+        let mut seen = Seen::new(&(sun - p), SOLAR_CONSTANT);
+        if self.level {
+            seen.horizon();
+        }
+        seen.light()
     }
 }
 
-/// A sun at a fixed azimuth and elevation, or from a site that turns at a fixed place among the stars.
+/// A sun at a fixed direction in W: over level ground by azimuth and elevation, in inertial axes by a vector; from a site that turns it stands still among the stars.
 #[service("environment.fixed_sun", Sun)]
 impl Service for FixedSun {
     type Params = FixedSunParams;
-    fn build(p: FixedSunParams, files: &Files) -> Result<Self, BuildError> {
-        let (sin_a, cos_a) = p.azimuth.sin_cos();
-        let (sin_e, cos_e) = p.elevation.sin_cos();
-        let direction = Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e);
-        let site = p.planet.map_or(Ok(None), |planet| planet.planet(files).map(|p| p.site))?;
-        Ok(FixedSun { start: SunState { direction, distance_au: p.distance_au }, site })
+    fn build(p: FixedSunParams, _: &Files) -> Result<Self, BuildError> {
+        let wrong =
+            |fact: &str, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
+        let world = p.world.as_ref().map(PlanetWorld::of).transpose()?;
+        if let Some(epoch) = world.as_ref().and_then(|w| w.planet.epoch.as_deref()) {
+            let fact = format!("`world` has the date {epoch}, which says where the Sun is");
+            let help = "use `environment.ephemeris_sun`, or remove `epoch` from `world`";
+            return Err(BuildError::new(fact).help(help));
+        }
+        let inertial = world.as_ref().is_some_and(|w| w.planet.site.is_none());
+        let (direction, level) = match (p.azimuth, p.elevation, p.direction) {
+            (Some(azimuth), Some(elevation), None) if !inertial => {
+                let (sin_a, cos_a) = azimuth.sin_cos();
+                let (sin_e, cos_e) = elevation.sin_cos();
+                (Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e), true)
+            }
+            (None, None, Some(direction)) if world.is_none() || inertial => {
+                let Some(direction) = direction.try_normalize(1e-12) else {
+                    return wrong("it has no length", "write a vector to the Sun", "direction");
+                };
+                (direction, false)
+            }
+            _ if inertial => {
+                return wrong(
+                    "W is inertial, with the centre of a body at its origin: there is no horizon",
+                    "write the `direction` to the Sun in W, and neither `azimuth` nor `elevation`",
+                    "direction",
+                );
+            }
+            _ if world.is_some() => {
+                return wrong(
+                    "W is a place on a planet",
+                    "write `azimuth` and `elevation` over its horizon, and no `direction`",
+                    "azimuth",
+                );
+            }
+            _ => {
+                return wrong(
+                    "where the Sun stands is not written, or twice",
+                    "write `azimuth` and `elevation` over level ground, or in space its `direction`",
+                    "azimuth",
+                );
+            }
+        };
+        let of_world = || world.as_ref().and_then(|w| w.sun_distance());
+        let Some(distance_au) = p.distance_au.or_else(of_world) else {
+            return wrong(
+                "the distance of the Sun is not known",
+                "write it in AU, or state the body: world: (body: \"mars\", ..)",
+                "distance_au",
+            );
+        };
+        Ok(FixedSun { start: SunState { direction, distance_au }, world, level })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::{Centre, SiteParams, WorldParams, handle};
+    use std::f64::consts::FRAC_PI_2;
 
-    #[test]
-    fn the_sun_of_a_sol_moves_a_turn_in_88775_seconds() {
-        let p = MarsSunParams {
-            epoch: "2012-08-06T05:17:57Z".into(),
-            latitude: -4.59f64.to_radians(),
-            longitude: 137.44f64.to_radians(),
-            heading: 0.0,
-        };
-        let sun = MarsSun::build(p.clone(), &Files::default()).unwrap();
-        let (a, b) = (sun.state(0.0), sun.state(88_775.244));
-        assert!((a.direction - b.direction).norm() < 0.02);
-        assert!((a.direction + sun.state(44_387.6).direction).norm() < 1.0);
-        let e = MarsSun::build(MarsSunParams { epoch: "noon".into(), ..p }, &Files::default());
-        assert_eq!(e.err().unwrap().param.as_deref(), Some("epoch"));
+    fn sun(p: FixedSunParams) -> Result<FixedSun, BuildError> {
+        FixedSun::build(p, &Files::default())
+    }
+
+    fn level(azimuth: f64, elevation: f64, world: Option<WorldParams>) -> FixedSunParams {
+        FixedSunParams {
+            azimuth: Some(azimuth),
+            elevation: Some(elevation),
+            direction: None,
+            distance_au: Some(1.0),
+            world: world.map(handle),
+        }
+    }
+
+    fn here(turning: bool) -> SiteParams {
+        SiteParams { latitude: 0.0, longitude: 0.3, height: 0.0, heading: 0.0, turning }
     }
 
     #[test]
-    fn a_fixed_sun_in_the_east_is_along_x() {
-        let p = FixedSunParams {
-            azimuth: std::f64::consts::FRAC_PI_2,
-            elevation: 0.0,
-            distance_au: 1.0,
-            planet: None,
-        };
-        let s = FixedSun::build(p, &Files::default()).unwrap().state(9.0);
-        assert!((s.direction - Vec3::x()).norm() < 1e-12);
+    fn a_fixed_sun_in_the_east_is_along_x_and_sets() {
+        let s = sun(level(FRAC_PI_2, 0.0, None)).unwrap();
+        assert!((s.state(9.0).direction - Vec3::x()).norm() < 1e-12);
+        assert!((s.light(0.0, &Vec3::zeros()).visible - 0.5).abs() < 1e-3);
+        let night = sun(level(FRAC_PI_2, -0.17, None)).unwrap().light(0.0, &Vec3::zeros());
+        assert_eq!(night.visible, 0.0);
+        let day = sun(level(FRAC_PI_2, 0.17, None)).unwrap().light(0.0, &Vec3::zeros());
+        assert!(day.visible == 1.0 && (day.irradiance - 1361.0).abs() < 1e-9);
     }
 
     #[test]
     fn a_sun_among_the_stars_goes_over_a_site_that_turns() {
-        let here =
-            crate::planet::SiteParams { latitude: 0.0, longitude: 0.3, height: 0.0, heading: 0.0 };
-        let planet = PlanetParams {
+        let planet = WorldParams {
             rate: Some(1e-3),
-            site: Some(here),
-            ..PlanetParams::of(crate::planet::Centre::Moon)
+            site: Some(here(true)),
+            ..WorldParams::of(Centre::Moon)
         };
-        let at = |planet: Option<PlanetParams>, t: f64| {
-            let p = FixedSunParams {
-                azimuth: std::f64::consts::FRAC_PI_2,
-                elevation: 0.2,
-                distance_au: 1.0,
-                planet,
-            };
-            FixedSun::build(p, &Files::default()).unwrap().state(t).direction
+        let at = |world: Option<WorldParams>, t: f64| {
+            sun(level(FRAC_PI_2, 0.2, world)).unwrap().state(t).direction
         };
         // On the equator: up in the east by a radian in 1000 s, over the zenith and down.
         for t in [0.0, 1000.0, 2500.0] {
@@ -333,28 +370,87 @@ mod tests {
             assert!((at(Some(planet.clone()), t) - want).norm() < 1e-12, "{t} s");
         }
         assert_eq!(at(None, 2500.0), at(None, 0.0));
-        let inertial = PlanetParams { site: None, ..planet };
-        assert_eq!(at(Some(inertial), 2500.0), at(None, 0.0));
+        let level = WorldParams { site: Some(here(false)), ..planet };
+        assert_eq!(at(Some(level), 2500.0), at(None, 0.0));
     }
 
     #[test]
-    fn mars_has_its_sun_by_the_heading_of_w() {
-        let at = |heading: f64| {
-            let epoch = "2012-08-06T05:17:57Z".into();
-            let p = MarsSunParams { epoch, latitude: -0.08, longitude: 2.4, heading };
-            MarsSun::build(p, &Files::default()).unwrap().state(700.0).direction
+    fn a_sun_is_stated_in_the_axes_that_there_are() {
+        let told = |p: FixedSunParams, word: &str| {
+            let e = sun(p).err().unwrap_or_else(|| panic!("{word}"));
+            assert!(e.message.contains(word) && e.help.is_some(), "{}", e.message);
         };
-        let (plain, turned) = (at(0.0), at(0.4));
-        // x of W lies between east and north.
-        let x = plain.x * 0.4f64.cos() + plain.y * 0.4f64.sin();
-        assert!((turned.x - x).abs() < 1e-15 && (turned.z - plain.z).abs() < 1e-15);
+        let mars = WorldParams::of(Centre::Mars);
+        told(level(0.0, 1.0, Some(mars.clone())), "there is no horizon");
+        let by_vector = |world: Option<WorldParams>| FixedSunParams {
+            azimuth: None,
+            elevation: None,
+            direction: Some(Vec3::x() * 3.0),
+            distance_au: None,
+            world: world.map(handle),
+        };
+        let site = Some(here(true));
+        told(by_vector(Some(WorldParams { site, ..mars.clone() })), "a place on a planet");
+        told(by_vector(None), "distance of the Sun");
+        told(FixedSunParams { direction: None, ..by_vector(None) }, "is not written");
+        let dated = WorldParams { epoch: Some("2021-02-18 00:00:00 UTC".into()), ..mars.clone() };
+        told(by_vector(Some(dated)), "which says where the Sun is");
+        let state = sun(by_vector(Some(mars))).unwrap().state(0.0);
+        assert!((state.distance_au - 1.5237).abs() < 1e-4 && state.direction == Vec3::x());
     }
 
     #[test]
-    fn only_uniform_gravity_says_that_it_is_uniform() {
-        let p = UniformGravityParams { acceleration: Vec3::new(0.0, 0.0, -1.62) };
-        let g = UniformGravity::build(p, &Files::default()).unwrap();
-        assert_eq!(g.uniform(), Some(Vec3::new(0.0, 0.0, -1.62)));
-        assert!(PointMassGravity { mu: 1.0, planet: None }.uniform().is_none());
+    fn uniform_gravity_is_for_level_ground() {
+        let of = |acceleration, world: Option<WorldParams>| {
+            let p = UniformGravityParams { acceleration, world: world.map(handle) };
+            UniformGravity::build(p, &Files::default())
+        };
+        let written = Vec3::new(0.0, 0.0, -1.62);
+        assert_eq!(of(Some(written), None).unwrap().uniform(), Some(written));
+        let mars = WorldParams::of(Centre::Mars);
+        let e = of(Some(written), Some(mars.clone())).err().unwrap();
+        assert!(e.message.contains("level ground") && e.help.unwrap().contains("turning: false"));
+        assert!(of(None, None).err().unwrap().param.as_deref() == Some("acceleration"));
+        // On the equator of Mars: μ/R² less ω² R.
+        let site = Some(here(false));
+        let g = of(None, Some(WorldParams { site, ..mars.clone() })).unwrap().uniform().unwrap();
+        let radius = 3_396_190.0_f64;
+        let want = 4.282_837_521_4e13 / radius.powi(2) - 7.088_218e-5_f64.powi(2) * radius;
+        assert!((g.z + want).abs() < 1e-6 && g.x == 0.0, "{g}");
+        let point = PointMassGravityParams { world: handle(mars) };
+        assert!(PointMassGravity::build(point, &Files::default()).unwrap().uniform().is_none());
+    }
+
+    fn air(world: Option<WorldParams>) -> ExponentialAtmosphere {
+        let p = AtmosphereParams {
+            density: 0.02,
+            scale_height: 11_100.0,
+            temperature: 210.0,
+            gas_constant: 191.8,
+            heat_ratio: 1.33,
+            reference_height: 0.0,
+            viscosity: None,
+            heating_constant: None,
+            wind: Vec3::new(3.0, 0.0, 0.0),
+            world: world.map(handle),
+        };
+        ExponentialAtmosphere::build(p, &Files::default()).unwrap()
+    }
+
+    /// Over level ground its height is z, wherever on it; around a planet that over the ellipsoid, and it turns along.
+    #[test]
+    fn air_is_over_the_ground_that_there_is() {
+        let flat = air(None);
+        let a = flat.air(0.0, Vec3::new(1e5, -2e5, 11_100.0));
+        assert!((a.density - 0.02 / 1f64.exp()).abs() < 1e-12 && a.wind == Vec3::x() * 3.0);
+        let mars = air(Some(WorldParams::of(Centre::Mars)));
+        let a = mars.air(0.0, Vec3::y() * (3_396_190.0 + 11_100.0));
+        assert!((a.density - 0.02 / 1f64.exp()).abs() < 1e-9, "{}", a.density);
+        let ground = -7.088_218e-5 * 3_407_290.0;
+        assert!((a.wind - Vec3::x() * (ground + 3.0)).norm() < 1e-3, "{}", a.wind);
+        assert_eq!(mars.altitude(0.0, Vec3::y() * 3_396_190.0).map(f64::round), Some(0.0));
+        let site = WorldParams { site: Some(here(true)), ..WorldParams::of(Centre::Mars) };
+        let a = air(Some(site)).air(0.0, Vec3::z() * 11_100.0);
+        assert!((a.density - 0.02 / 1f64.exp()).abs() < 1e-9 && a.wind == Vec3::x() * 3.0);
     }
 }

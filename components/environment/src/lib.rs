@@ -27,6 +27,7 @@
 #![allow(non_snake_case)]
 
 pub mod air;
+pub mod body_field;
 pub mod craters;
 mod ephemeris;
 pub mod fields;
@@ -35,9 +36,9 @@ pub mod generator;
 pub mod gravity;
 pub mod height_field;
 pub mod landforms;
+mod light;
 pub mod map_file;
 pub mod mars_sun;
-pub mod planet;
 pub mod planet_air;
 pub mod planet_sun;
 pub mod polyhedral_gravity;
@@ -48,6 +49,7 @@ pub mod terrain;
 pub mod third_bodies;
 pub mod tiled_terrain;
 pub mod tiles;
+pub mod world;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -58,6 +60,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::service::<terrain::GridTerrain>(),
         Entry::service::<terrain::Flat>(),
         Entry::service::<tiled_terrain::TiledTerrain>(),
+        Entry::service::<world::PlanetWorld>(),
         Entry::service::<fields::UniformGravity>(),
         Entry::service::<fields::PointMassGravity>(),
         Entry::service::<fields::ExponentialAtmosphere>(),
@@ -69,7 +72,6 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::service::<planet_air::MarsAtmosphere>(),
         Entry::service::<planet_air::TableAtmosphere>(),
         Entry::service::<planet_sun::EphemerisSun>(),
-        Entry::service::<fields::MarsSun>(),
         Entry::service::<fields::FixedSun>(),
     ]
 }

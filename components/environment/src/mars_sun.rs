@@ -1,4 +1,4 @@
-//! The sun over a site on Mars: the Mars24 algorithm (Allison and McEwen 2000).
+//! Season and time of day on Mars: the Mars24 algorithm (Allison and McEwen 2000).
 //! ```text
 //! M = 19.3871 + 0.52402073 Δt          α = 270.3871 + 0.524038496 Δt         (Δt: days of TT since J2000)
 //! ν − M = (10.691 + 3e-7 Δt) sin M + 0.623 sin 2M + 0.050 sin 3M + 0.005 sin 4M + 0.0005 sin 5M + PBS
@@ -35,7 +35,7 @@ pub struct MarsTime {
     pub sol_date: f64,
     /// Coordinated Mars time at the prime meridian, h.
     pub mtc_h: f64,
-    /// Planetocentric declination of the sun, deg.
+    /// Planetographic declination of the sun, deg: the planetocentric one is asin(0.42565 sin L_s).
     pub declination_deg: f64,
     /// Distance of the sun, AU.
     pub distance_au: f64,
@@ -92,11 +92,12 @@ impl MarsTime {
         (self.mtc_h + longitude_deg / 15.0 + self.equation_of_time_deg / 15.0).rem_euclid(24.0)
     }
 
-    /// Unit vector towards the sun in the site's frame (x east, y north, z up) at a latitude and an east
-    /// longitude (deg).
+    /// Unit vector towards the sun in the site's frame (x east, y north, z up) at a geodetic latitude and an east
+    /// longitude (deg). The sun is far away: its direction has the planetocentric declination, whatever the latitude.
     pub fn sun_direction(&self, latitude_deg: f64, longitude_deg: f64) -> Vec3 {
         let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
-        let (sin_dec, cos_dec) = self.declination_deg.to_radians().sin_cos();
+        let sin_dec = 0.42565 * self.solar_longitude_deg.to_radians().sin();
+        let cos_dec = (1.0 - sin_dec * sin_dec).sqrt();
         let hour = (self.local_true_solar_h(longitude_deg) - 12.0) * 15.0;
         let (sin_h, cos_h) = hour.to_radians().sin_cos();
         Vec3::new(
@@ -144,7 +145,8 @@ mod tests {
         // True midnight: the sun is due north or south, as far below the horizon as it gets.
         let d = t.sun_direction(-14.640, -184.702);
         close(d.x, 0.0, 1e-4);
-        close(d.z, -f64::cos((14.640f64 + 13.4204).to_radians()), 1e-6);
+        let centric = (0.42565 * 327.32416f64.to_radians().sin()).asin();
+        close(d.z, -f64::cos(14.640f64.to_radians() - centric), 1e-6);
     }
 
     #[test]

@@ -5,62 +5,81 @@
 //! W is the planet's inertial frame with axes of the ICRF, or a site of a planet that turns by the IAU: then s is turned by R_WI, so that
 //! the Sun rises and sets. It is where it is from the planet's centre (from the ground 9″ aside at the most, by the Earth). Light time and aberration (20″) are left out.
 
-use crate::ephemeris::{Course, Heavens};
-use crate::planet::PlanetParams;
+use crate::ephemeris::Course;
+use crate::world::PlanetWorld;
 use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::AU;
 
-/// The planet and the date.
+/// The world.
 #[derive(Params, Clone, Debug)]
 pub struct EphemerisSunParams {
-    /// The planet at the origin of W or under the site that W is, and the epoch.
-    pub planet: PlanetParams,
+    /// The world: its body, date and axes.
+    #[param(service)]
+    pub world: Handle<dyn World>,
 }
 
-/// The Sun from a planet.
+/// The Sun from the body of the world.
 pub struct EphemerisSun {
     course: Course,
-    site: Option<Site>,
+    world: PlanetWorld,
+}
+
+impl EphemerisSun {
+    /// From the centre of the body at t (s), m, W.
+    fn place(&self, t: f64) -> Vec3 {
+        let s = self.course.at(t);
+        self.world.planet.site.map_or(s, |site| site.to_inertial(t).inverse() * s)
+    }
 }
 
 impl Sun for EphemerisSun {
     fn state(&self, t: f64) -> SunState {
-        let s = self.course.at(t);
-        let s = self.site.map_or(s, |site| site.to_inertial(t).inverse() * s);
+        let s = self.place(t);
         SunState { direction: s.normalize(), distance_au: s.norm() / AU }
+    }
+    fn light(&self, t: f64, p: &Vec3) -> Light {
+        self.world.light(t, p, &self.place(t))
     }
     fn trouble(&self, t: f64) -> Option<BuildError> {
         self.course.trouble(t)
     }
-    fn axes(&self) -> Axes {
-        Axes::of(self.site)
-    }
 }
 
-/// The Sun from the centre of a planet by ephemeris, or by the `kernel` of the planet; W has the axes of the ICRF, or is a site of a planet that turns by the IAU. Times beyond the planet's `span` cost 30 µs; beyond the ephemeris the run stops.
+/// The Sun by ephemeris, or by the `kernel` of the world; W has the axes of the ICRF, or is a site of a planet that turns by the IAU. Times beyond the `span` of the world cost 30 µs; beyond the ephemeris the run stops.
 #[service("environment.ephemeris_sun", Sun)]
 impl Service for EphemerisSun {
     type Params = EphemerisSunParams;
-    fn build(p: EphemerisSunParams, files: &Files) -> Result<Self, BuildError> {
-        let heavens = Heavens::around(&p.planet, files, "the Sun's place")?;
-        let course = heavens.course(Body::Sun, "planet")?;
-        Ok(EphemerisSun { course, site: p.planet.planet(files)?.site })
+    fn build(p: EphemerisSunParams, _: &Files) -> Result<Self, BuildError> {
+        let world = PlanetWorld::of(&p.world)?;
+        let course = world.heavens("the Sun's place")?.course(Body::Sun, "world")?;
+        Ok(EphemerisSun { course, world })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::planet::Centre;
+    use crate::world::{Centre, SiteParams, Turning, WorldParams, handle};
+
+    fn sun(world: WorldParams) -> EphemerisSun {
+        let p = EphemerisSunParams { world: handle(world) };
+        EphemerisSun::build(p, &Files::default()).map_err(|e| e.message).unwrap()
+    }
+
+    fn at(body: Centre, date: &str) -> EphemerisSun {
+        sun(WorldParams { epoch: Some(date.to_string()), ..WorldParams::of(body) })
+    }
+
+    const LANDING: &str = "2021-02-18 20:30:00 UTC";
+
+    fn on_mars(latitude: f64, longitude: f64, epoch: &str) -> WorldParams {
+        let site = SiteParams { latitude, longitude, height: -2e3, heading: 0.4, turning: true };
+        WorldParams { epoch: Some(epoch.into()), site: Some(site), ..WorldParams::of(Centre::Mars) }
+    }
 
     #[test]
     fn the_sun_is_where_the_calendar_says() {
-        let at = |body, date: &str| {
-            let epoch = Some(date.to_string());
-            let planet = PlanetParams { epoch, ..PlanetParams::of(body) };
-            EphemerisSun::build(EphemerisSunParams { planet }, &Files::default()).unwrap()
-        };
         // The March equinox of 2020: 20 March, 03:50 UTC; the true equinox is 0.28° from that of J2000.
         let s = at(Centre::Earth, "2020-03-20 03:50:00 UTC").state(0.0);
         assert!((s.direction - Vec3::x()).norm() < 0.006 && (s.distance_au - 0.996).abs() < 1e-3);
@@ -70,23 +89,16 @@ mod tests {
         assert!((s.direction.z - 23.43f64.to_radians().sin()).abs() < 1e-3, "{:?}", s.direction);
         let mars = at(Centre::Mars, "2018-09-16 12:00:00 UTC").state(0.0);
         assert!((mars.distance_au - 1.3814).abs() < 1e-3, "perihelion: {}", mars.distance_au);
-        // Over sites: as in inertial axes, and as by the algorithm for Mars's sundials, which is another one.
+    }
+
+    /// Over sites: as in inertial axes, and as by the algorithm for Mars's sundials, which is another one.
+    #[test]
+    fn over_a_site_it_rises_and_sets() {
         let (latitude, longitude) = (0.32, 1.35);
-        let here = crate::planet::SiteParams { latitude, longitude, height: -2e3, heading: 0.4 };
-        let start = "2021-02-18 20:30:00 UTC";
-        let planet = PlanetParams {
-            turns: crate::planet::Turning::Iau,
-            epoch: Some(start.into()),
-            flattening: Some(0.0),
-            site: Some(here),
-            ..PlanetParams::of(Centre::Mars)
-        };
-        let sun = |planet: PlanetParams| {
-            EphemerisSun::build(EphemerisSunParams { planet }, &Files::default()).unwrap()
-        };
+        let planet = on_mars(latitude, longitude, LANDING);
         let (inertial, site) =
-            (sun(PlanetParams { site: None, ..planet.clone() }), sun(planet.clone()));
-        let Axes::Site(turns) = site.axes() else { panic!("no site") };
+            (sun(WorldParams { site: None, ..planet.clone() }), sun(planet.clone()));
+        let turns = site.world.planet.site.unwrap();
         let days = crate::mars_sun::days_since_j2000("2021-02-18T20:30:00Z").unwrap();
         let (mut highest, mut lowest) = (-1.0_f64, 1.0_f64);
         for k in 0..50 {
@@ -100,14 +112,26 @@ mod tests {
             // It has 0.2 mrad of the hour angle (3 s) and light time and aberration, 0.1 mrad.
             assert!((s.direction - dial).norm() < 6e-4, "{t} s: {} {dial}", s.direction);
             (highest, lowest) = (highest.max(s.direction.z), lowest.min(s.direction.z));
+            // What the horizon hides presses on nothing and drives no panel.
+            let light = site.light(t, &Vec3::zeros());
+            assert!((light.visible > 0.5) == (s.direction.z > 0.0), "{t} s: {light:?}");
         }
         assert!(highest > 0.8 && lowest < -0.8, "it rises and sets: {lowest} {highest}");
-        let fixed = PlanetParams { turns: crate::planet::Turning::Fixed, ..planet };
-        let e = EphemerisSun::build(EphemerisSunParams { planet: fixed }, &Files::default());
-        assert!(e.err().unwrap().help.unwrap().contains("turns: iau"));
-        let none = EphemerisSunParams { planet: PlanetParams::of(Centre::Earth) };
-        assert!(
-            EphemerisSun::build(none, &Files::default()).err().unwrap().message.contains("epoch")
-        );
+        let wrong = |world: WorldParams| {
+            let p = EphemerisSunParams { world: handle(world) };
+            EphemerisSun::build(p, &Files::default()).err().unwrap()
+        };
+        let fixed = WorldParams { turns: Some(Turning::Fixed), angle: Some(0.0), ..planet };
+        assert!(wrong(fixed).help.unwrap().contains("turns: iau"));
+        assert!(wrong(WorldParams::of(Centre::Earth)).message.contains("epoch"));
+    }
+
+    /// Near the northern summer solstice (L_s 90°) the Sun culminates 25.19° from the zenith of the equator of Mars, its obliquity.
+    #[test]
+    fn at_a_solstice_it_culminates_at_the_obliquity() {
+        let site = sun(on_mars(0.0, 0.0, "2021-08-25 00:00:00 UTC"));
+        let highest = (0..88_800 / 60).map(|k| site.state(60.0 * f64::from(k)).direction.z);
+        let zenith = highest.fold(-1.0, f64::max).acos().to_degrees();
+        assert!((zenith - 25.19).abs() < 0.01, "{zenith}");
     }
 }

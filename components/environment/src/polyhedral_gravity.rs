@@ -7,13 +7,11 @@
 //! W is inertial, or a site of a `planet` that is this body: then the field stands still in W, with its centrifugal part. Cost: proportional
 //! to the number of faces and edges.
 
-use crate::planet::{Planet, PlanetParams, Turning, fault};
 use crate::third_bodies::{Puller, SolarOrbit, Third, pullers};
+use crate::world::{PlanetWorld, Turning, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::gravity::polyhedron::{Polyhedron, from_obj};
-use linkwork_world::planet::rotation::FixedRate;
-use linkwork_world::planet::{Ellipsoid, Rotation};
 
 /// Constant of gravitation, m³/(kg s²): CODATA 2018.
 const G: f64 = 6.674_30e-11;
@@ -26,22 +24,13 @@ pub struct PolyhedralParams {
     /// Metres for a unit of the file: 1000 for the usual shape models in km.
     #[param(unit = "m", default = 1.0, range = 1e-9..)]
     pub scale: f64,
-    /// Density; instead of `mu`.
+    /// Density; instead of `mu` of the world.
     #[param(unit = "kg/m^3", range = 1e-9..)]
     pub density: Option<f64>,
-    /// Gravitational parameter; instead of `density`.
-    #[param(unit = "m^3/s^2", range = 1e-12..)]
-    pub mu: Option<f64>,
-    /// Rate about z of W; unwritten: 0, or that of `planet`.
-    #[param(unit = "rad/s")]
-    pub rate: Option<f64>,
-    /// Angle from x of W to x of the file at t = 0; unwritten: 0, or that of `planet`.
-    #[param(unit = "rad")]
-    pub angle: Option<f64>,
-    /// The body as a planet, where W is a site on it: `radius` of the sphere or ellipsoid from which the site's height counts (`flattening` 0
-    /// unless written), `rate` (or `turns: still`) and `angle`, its axis along z of the file. As that of the other services.
-    pub planet: Option<PlanetParams>,
-    /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `planet`, no site, and `orbit`, or a shape of `planet`'s own body with its mass.
+    /// The world, whose body has this shape: its axis is z of the file, and `angle` leads from x of W to x of the file.
+    #[param(service)]
+    pub world: Handle<dyn World>,
+    /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `world`, no site, and `orbit`, or a shape of the Earth, Mars or the Moon with its mass.
     #[param(default = Vec::new())]
     pub third_bodies: Vec<Third>,
     /// With `third_bodies`: the way of this body about the Sun.
@@ -49,60 +38,12 @@ pub struct PolyhedralParams {
     pub orbit: Option<SolarOrbit>,
 }
 
-impl PolyhedralParams {
-    /// How the body turns, and the site on it.
-    fn planet(&self, files: &Files) -> Result<Planet, BuildError> {
-        let told =
-            |fact: String, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
-        let Some(planet) = &self.planet else {
-            let (angle, rate) = (self.angle.unwrap_or(0.0), self.rate.unwrap_or(0.0));
-            let rotation = FixedRate::about_z(angle, rate).map_err(|e| fault(&e, "rate"))?;
-            let ellipsoid = Ellipsoid::new(1.0, 0.0).map_err(|e| fault(&e, "rate"))?;
-            return Ok(Planet {
-                ellipsoid,
-                rotation: Rotation::Fixed(rotation),
-                site: None,
-                epoch: None,
-            });
-        };
-        for (param, written) in [("rate", self.rate), ("angle", self.angle)] {
-            if written.is_some() {
-                let fact = format!("`{param}` is written beside `planet`, which has one");
-                return told(fact, "write it in `planet` alone", param);
-            }
-        }
-        let wrong = if planet.turns == Turning::Iau {
-            Some((
-                "no body with a shape from a file turns by the IAU here",
-                "write `turns: fixed` and `rate`",
-            ))
-        } else if planet.turns == Turning::Fixed && planet.rate.is_none() {
-            Some((
-                "`planet` has no `rate`, and that of the Earth is none of this body's",
-                "write `rate`, or `turns: still`",
-            ))
-        } else if planet.site.is_some() && planet.radius.is_none() {
-            Some((
-                "`planet` has no `radius`, and a site of the Earth is none of this body's",
-                "write the radius from which the site's height counts",
-            ))
-        } else {
-            None
-        };
-        if let Some((fact, help)) = wrong {
-            return told(fact.to_string(), help, "planet");
-        }
-        let flattening = Some(planet.flattening.unwrap_or(0.0));
-        PlanetParams { flattening, ..planet.clone() }.planet(files)
-    }
-}
-
 /// By which factor the mass of a shape may differ from that of the planet that it is to be.
 const SAME_MASS: f64 = 1.5;
 
 impl PolyhedralParams {
     /// Who else pulls on a body of `mu` (m³/s²).
-    fn thirds(&self, mu: f64, files: &Files) -> Result<Vec<Puller>, BuildError> {
+    fn thirds(&self, mu: f64, world: &PlanetWorld) -> Result<Vec<Puller>, BuildError> {
         let told =
             |fact: String, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
         if self.third_bodies.is_empty() {
@@ -114,67 +55,58 @@ impl PolyhedralParams {
                 }
             };
         }
-        let Some(planet) = &self.planet else {
-            let help = "write `epoch` in `planet`, with `rate` and `angle`";
-            return told(
-                "a third body needs an epoch, and there is no `planet`".into(),
-                help,
-                "planet",
-            );
-        };
-        if planet.site.is_some() {
+        if world.planet.site.is_some() {
             let fact = "third bodies by an ephemeris need W in the axes of the ICRF, and the site of this body has a pole of its own";
-            return told(fact.into(), "leave `site` out, or the third bodies", "third_bodies");
+            return told(
+                fact.into(),
+                "leave `site` out of `world`, or the third bodies",
+                "third_bodies",
+            );
         }
-        let (body, own) = planet.body.body_and_mu();
-        let ratio = mu / own;
-        if self.orbit.is_none() && !(1.0 / SAME_MASS..=SAME_MASS).contains(&ratio) {
+        let own = world.params.body.mu();
+        let same = own.is_some_and(|own| (1.0 / SAME_MASS..=SAME_MASS).contains(&(mu / own)));
+        if self.orbit.is_none() && !same {
+            let body = world.params.body.word();
             let fact = format!(
-                "where this body of {mu:.3e} m³/s² is among the others is not written, and it is not the {body:?} of {own:.3e}"
+                "where this body of {mu:.3e} m³/s² is among the others is not written, and `{body}` of the world is not that body"
             );
             return told(fact, "write its `orbit` about the Sun", "orbit");
         }
-        pullers(planet, &self.third_bodies, self.orbit.as_ref(), files)
+        pullers(world, &self.third_bodies, self.orbit.as_ref())
     }
 }
 
 /// Gravity of a mesh, and third bodies.
 pub struct PolyhedralGravity {
     body: Polyhedron,
-    planet: Planet,
+    world: PlanetWorld,
     pullers: Vec<Puller>,
 }
 
 impl PolyhedralGravity {
     /// From the body's origin to a point (m, W).
     fn around_centre(&self, p: &Vec3) -> Vec3 {
-        self.planet.site.map_or(*p, |s| s.from_centre(p))
+        self.world.planet.site.map_or(*p, |s| s.from_centre(p))
     }
 }
 
 impl Gravity for PolyhedralGravity {
     fn acceleration(&self, t: f64, p: Vec3) -> Vec3 {
-        let own = self.planet.gravity(t, p, |p| self.body.gravity(p).acceleration);
+        let own = self.world.planet.gravity(t, p, |p| self.body.gravity(p).acceleration);
         let r = self.around_centre(&p);
-        self.pullers.iter().fold(own, |a, k| a + k.pull(self.planet.site.as_ref(), t, &r))
+        self.pullers.iter().fold(own, |a, k| a + k.pull(self.world.planet.site.as_ref(), t, &r))
     }
     fn gradient(&self, t: f64, p: Vec3) -> Option<Mat3> {
-        let own = self.planet.gradient(t, p, |p| self.body.gravity(p).gradient);
+        let own = self.world.planet.gradient(t, p, |p| self.body.gravity(p).gradient);
         let r = self.around_centre(&p);
-        let site = self.planet.site.as_ref();
+        let site = self.world.planet.site.as_ref();
         Some(self.pullers.iter().fold(own, |a, k| a + k.gradient(site, t, &r)))
     }
     fn trouble(&self, t: f64) -> Option<BuildError> {
         self.pullers.iter().find_map(|k| k.trouble(t))
     }
-    fn planet_axes(&self, t: f64) -> Option<Quat> {
-        Some(self.planet.axes_at(t))
-    }
-    fn epoch(&self) -> Option<&str> {
-        self.planet.epoch.as_deref()
-    }
     fn axes(&self) -> Axes {
-        Axes::of(self.planet.site)
+        self.world.planet.axes()
     }
 }
 
@@ -189,29 +121,46 @@ impl Service for PolyhedralGravity {
             BuildError::new(format!("`{}`: {e}", p.file)).help(help).at("file")
         })?;
         let read = |g_rho| from_obj(&p.file, &text, p.scale, g_rho).map_err(|e| fault(&e, "file"));
-        let body = match (p.density, p.mu) {
+        let world = PlanetWorld::of(&p.world)?;
+        if world.params.turning() == Turning::Iau {
+            let fact = "a shape from a file turns about z of the file, and `turns: iau` of the world has axes of its own";
+            let help = "write `turns: fixed` with `rate` and `angle` in `world`, or `turns: still`";
+            return Err(BuildError::new(fact).help(help).at("file"));
+        }
+        let body = match (p.density, world.params.mu) {
             (Some(density), None) => read(G * density)?,
             (None, Some(mu)) => read(mu / read(1.0)?.volume())?,
             (None, None) | (Some(_), Some(_)) => {
-                let fact = match p.mu {
-                    None => "neither `density` nor `mu` is written",
-                    Some(_) => "both `density` and `mu` are written",
+                let fact = match p.density {
+                    None => "neither `density` here nor `mu` in `world` is written",
+                    Some(_) => "both `density` here and `mu` in `world` are written",
                 };
                 return Err(BuildError::new(fact).help("write one of them").at("density"));
             }
         };
-        let (planet, pullers) = (p.planet(files)?, p.thirds(body.mu(), files)?);
-        Ok(PolyhedralGravity { body, planet, pullers })
+        let pullers = p.thirds(body.mu(), &world)?;
+        Ok(PolyhedralGravity { body, world, pullers })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::{Centre, SiteParams, WorldParams, handle};
 
     /// Two metres along each edge, its middle at the origin.
     const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
         f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+    /// A body of 150 m that turns about z of W.
+    fn turning() -> WorldParams {
+        WorldParams {
+            rate: Some(1e-3),
+            angle: Some(0.4),
+            radius: Some(150.0),
+            ..WorldParams::of(Centre::Other)
+        }
+    }
 
     fn params() -> PolyhedralParams {
         let file = "cube.obj".to_string();
@@ -219,10 +168,7 @@ mod tests {
             file,
             scale: 100.0,
             density: Some(2000.0),
-            mu: None,
-            rate: Some(1e-3),
-            angle: Some(0.4),
-            planet: None,
+            world: handle(turning()),
             third_bodies: vec![],
             orbit: None,
         }
@@ -248,22 +194,21 @@ mod tests {
         assert!((body.acceleration(quarter, near) - now).norm() < 1e-12 * now.norm());
         assert!((body.acceleration(0.5 * quarter, near) - now).norm() > 1e-2 * now.norm());
         // By its parameter instead of its density: the same.
-        let by_mu = PolyhedralParams { density: None, mu: Some(mu), ..params() };
+        let world = handle(WorldParams { mu: Some(mu), ..turning() });
+        let by_mu = PolyhedralParams { density: None, world, ..params() };
         let same = built(by_mu, CUBE).unwrap().acceleration(7.0, near);
         assert!((same - body.acceleration(7.0, near)).norm() < 1e-12 * now.norm());
     }
 
-    fn of_planet() -> PlanetParams {
-        use crate::planet::{Centre, SiteParams};
-        let site = SiteParams { latitude: 0.6, longitude: -0.9, height: 25.0, heading: 0.3 };
-        let (rate, radius) = (Some(1e-3), Some(150.0));
-        PlanetParams {
-            rate,
-            radius,
-            angle: 0.4,
-            site: Some(site),
-            ..PlanetParams::of(Centre::Earth)
-        }
+    fn at_site() -> WorldParams {
+        let site = SiteParams {
+            latitude: 0.6,
+            longitude: -0.9,
+            height: 25.0,
+            heading: 0.3,
+            turning: true,
+        };
+        WorldParams { site: Some(site), ..turning() }
     }
 
     /// From a site, with the centrifugal part taken off, it is the field of inertial axes, wherever the body has turned to; and so is its
@@ -271,9 +216,7 @@ mod tests {
     #[test]
     fn a_site_on_it_has_its_field_and_turns_with_it() {
         let there = built(params(), CUBE).unwrap();
-        let (rate, angle) = (None, None);
-        let p = PolyhedralParams { rate, angle, planet: Some(of_planet()), ..params() };
-        let here = built(p.clone(), CUBE).unwrap();
+        let here = built(p_of(at_site()), CUBE).unwrap();
         let site = here.site().unwrap();
         // The origin is 25 m above the sphere, at its latitude.
         let origin = site.to_planet(&Vec3::zeros());
@@ -297,20 +240,15 @@ mod tests {
                 }
             }
         }
-        // What does not belong together.
-        let refused = |p: PolyhedralParams, param: &str| {
-            let e = built(p, CUBE).err().unwrap();
-            assert!(e.param.as_deref() == Some(param) && e.help.is_some(), "{}", e.message);
-        };
-        refused(PolyhedralParams { rate: Some(1e-3), ..p_of(of_planet()) }, "rate");
-        refused(PolyhedralParams { angle: Some(0.4), ..p_of(of_planet()) }, "angle");
-        refused(p_of(PlanetParams { rate: None, ..of_planet() }), "planet");
-        refused(p_of(PlanetParams { radius: None, ..of_planet() }), "planet");
-        refused(p_of(PlanetParams { turns: Turning::Iau, rate: None, ..of_planet() }), "planet");
+        // A shape has no axes of the IAU.
+        let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
+        let e = built(p_of(WorldParams { epoch, ..WorldParams::of(Centre::Moon) }), CUBE);
+        let e = e.err().unwrap();
+        assert!(e.message.contains("`turns: iau`") && e.help.is_some(), "{}", e.message);
     }
 
-    fn p_of(planet: PlanetParams) -> PolyhedralParams {
-        PolyhedralParams { rate: None, angle: None, planet: Some(planet), ..params() }
+    fn p_of(world: WorldParams) -> PolyhedralParams {
+        PolyhedralParams { world: handle(world), ..params() }
     }
 
     const AU: f64 = 149_597_870_700.0;
@@ -329,9 +267,11 @@ mod tests {
     }
 
     fn in_orbit(third_bodies: Vec<Third>) -> PolyhedralParams {
-        let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
-        let planet = PlanetParams { epoch, site: None, ..of_planet() };
-        PolyhedralParams { third_bodies, orbit: Some(round_orbit()), ..p_of(planet) }
+        PolyhedralParams { third_bodies, orbit: Some(round_orbit()), ..p_of(dated()) }
+    }
+
+    fn dated() -> WorldParams {
+        WorldParams { epoch: Some("2012-08-06 05:17:57 UTC".to_string()), ..turning() }
     }
 
     /// The Sun from where the body is on a circle, by hand; Jupiter from its ellipse: what they do to a craft minus what they do to the body.
@@ -373,9 +313,16 @@ mod tests {
         use linkwork_world::gravity::third_body;
         use linkwork_world::planet::{Epoch, MU_EARTH, MU_MOON};
         let p = in_orbit(vec![Third::Moon]);
+        let still = WorldParams {
+            body: Centre::Earth,
+            mu: Some(MU_EARTH),
+            turns: Some(Turning::Still),
+            rate: None,
+            ..dated()
+        };
         let earth = || PolyhedralParams {
             density: None,
-            mu: Some(MU_EARTH),
+            world: handle(still.clone()),
             scale: 6e6,
             orbit: None,
             ..p.clone()
@@ -392,18 +339,18 @@ mod tests {
             assert!(e.message.contains(fact) && e.help.is_some(), "{}", e.message);
             assert_eq!(e.param.as_deref(), Some(param), "{}", e.message);
         };
-        let of = |planet: PlanetParams| PolyhedralParams { planet: Some(planet), ..p.clone() };
-        let planet = p.planet.clone().unwrap();
-        refused(PolyhedralParams { orbit: None, ..p.clone() }, "orbit", "it is not the Earth");
+        refused(PolyhedralParams { orbit: None, ..p.clone() }, "orbit", "`other` of the world");
         refused(in_orbit(vec![]), "orbit", "no third bodies");
         refused(in_orbit(vec![Third::Sun; 2]), "third_bodies", "named twice");
-        refused(of(PlanetParams { epoch: None, ..planet.clone() }), "planet", "needs an epoch");
-        let site = of_planet().site;
-        refused(of(PlanetParams { site, ..planet }), "third_bodies", "a pole of its own");
+        let undated = PolyhedralParams { world: handle(turning()), ..p.clone() };
+        let e = built(undated, CUBE).err().unwrap();
+        assert!(e.message.contains("needs an epoch") && e.help.is_some(), "{}", e.message);
+        let site = at_site().site;
+        let on_it = handle(WorldParams { site, ..dated() });
+        let on_it = PolyhedralParams { world: on_it, ..p.clone() };
+        refused(on_it, "third_bodies", "a pole of its own");
         let third_bodies = vec![Third::Earth];
         refused(PolyhedralParams { third_bodies, ..earth() }, "third_bodies", "the planet itself");
-        let none = PolyhedralParams { planet: None, rate: Some(1e-3), ..p.clone() };
-        refused(none, "planet", "there is no `planet`");
     }
 
     impl PolyhedralParams {
@@ -416,7 +363,8 @@ mod tests {
     #[test]
     fn what_is_no_body_is_refused() {
         let fact = |p, text| built(p, text).err().map(|e| (e.message, e.help)).unwrap();
-        let both = PolyhedralParams { mu: Some(1.0), ..params() };
+        let world = handle(WorldParams { mu: Some(1.0), ..turning() });
+        let both = PolyhedralParams { world, ..params() };
         assert!(fact(both, CUBE).0.contains("both"));
         let neither = PolyhedralParams { density: None, ..params() };
         assert!(fact(neither, CUBE).0.contains("neither"));

@@ -6,14 +6,13 @@
 //!              from a small body on an `orbit` about the Sun: what the ephemeris has from the Sun, less where the body is
 //! ```
 
-use crate::ephemeris::{Course, Heavens};
-use crate::planet::{Centre, PlanetParams, fault};
+use crate::body_field::BodyField;
+use crate::ephemeris::Course;
+use crate::world::{Inner, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::ephemeris::{Body, OBLIQUITY_J2000};
-use linkwork_world::gravity::{
-    Harmonics, point_mass, point_mass_gradient, third_body, third_body_gradient,
-};
+use linkwork_world::gravity::{point_mass, point_mass_gradient, third_body, third_body_gradient};
 use linkwork_world::orbit::{Elements, propagate};
 use linkwork_world::planet::{
     Epoch, MU_EARTH, MU_JUPITER, MU_MARS, MU_MOON, MU_SUN, MU_VENUS, PointMotion, Rotation,
@@ -36,18 +35,19 @@ pub enum Third {
     Jupiter,
 }
 
-impl Centre {
-    /// As the ephemerides name it, and its μ, m³/s².
-    pub(crate) fn body_and_mu(self) -> (Body, f64) {
+impl Third {
+    /// Equatorial radius (m, IAU), none of the Sun, which casts no shadow.
+    pub(crate) fn radius(self) -> Option<f64> {
         match self {
-            Centre::Earth => Third::Earth.body(),
-            Centre::Mars => Third::Mars.body(),
-            Centre::Moon => Third::Moon.body(),
+            Third::Sun => None,
+            Third::Moon => Some(1.7374e6),
+            Third::Earth => Some(6.378_136_6e6),
+            Third::Venus => Some(6.0518e6),
+            Third::Mars => Some(3.396_19e6),
+            Third::Jupiter => Some(7.1492e7),
         }
     }
-}
 
-impl Third {
     /// As the ephemerides name it, and its μ, m³/s².
     pub(crate) fn body(self) -> (Body, f64) {
         match self {
@@ -82,7 +82,7 @@ pub struct SolarOrbit {
     /// Mean anomaly at `epoch`.
     #[param(unit = "rad")]
     pub mean_anomaly: f64,
-    /// Date of the elements, such as 2025-11-21 00:00:00 TDB; unwritten: the epoch of the run.
+    /// Date of the elements, such as 2025-11-21 00:00:00 TDB; default: the epoch of the run.
     #[param(default = None)]
     pub epoch: Option<String>,
 }
@@ -139,31 +139,30 @@ pub(crate) struct Puller {
     pub mu: f64,
     way: Way,
     /// Its field and how it turns, where it is more than a point.
-    pub field: Option<(Harmonics, Rotation)>,
+    pub field: Option<(BodyField, Rotation)>,
 }
 
 /// Those who pull, in the order written, as points: on a planet, or on a small body on its `orbit`.
 pub(crate) fn pullers(
-    planet: &PlanetParams,
+    world: &Inner,
     third_bodies: &[Third],
     orbit: Option<&SolarOrbit>,
-    files: &Files,
 ) -> Result<Vec<Puller>, BuildError> {
     if third_bodies.is_empty() {
         return Ok(Vec::new());
     }
-    let heavens = Heavens::around(planet, files, "a third body")?;
+    let heavens = world.heavens("a third body")?;
     let (heavens, own, centre) = match orbit {
-        None => (heavens, None, planet.body.body()),
+        None => (heavens.clone(), None, world.params.body.body()),
         Some(orbit) => {
-            let own = orbit.orbit(&planet.epoch("a third body")?)?;
-            (heavens.from(Body::Sun), Some(own), Body::Sun)
+            let own = orbit.orbit(&heavens.epoch())?;
+            (heavens.from(Body::Sun), Some(own), Some(Body::Sun))
         }
     };
     let mut all = Vec::new();
     for (k, third) in third_bodies.iter().enumerate() {
         let (body, mu) = third.body();
-        let wrong = if body == centre && own.is_none() {
+        let wrong = if Some(body) == centre && own.is_none() {
             Some("is the planet itself")
         } else if third_bodies[..k].contains(third) {
             Some("is named twice")
@@ -219,7 +218,7 @@ impl Puller {
         let point = third_body_gradient(self.mu, r, &s);
         let Some((field, rotation)) = &self.field else { return point };
         let (d, R) = (r - s, to_W(site, t) * rotation.at(t).R_IP);
-        let own = field.full(&(R.inverse() * d)).gradient;
+        let own = field.gradient(&(R.inverse() * d));
         let R = R.to_rotation_matrix().into_inner();
         point + R * own * R.transpose() - point_mass_gradient(self.mu, &d)
     }

@@ -8,10 +8,11 @@
 //! ```
 //! A balloon without a duct keeps its gas and floats where ρ V_max is its whole mass, envelope and load with it. One with a duct loses what is beyond V_max, so that Δp
 //! stays small. The gas and the virtual mass C_v ρ V are added to the envelope's body at the node, the middle of the ball; the mass in the file is that of the envelope. That it becomes full
-//! or slack is an event. Ballast is a `flight.propellant_tank` of the load. g is what gravity gives at the node; from a site it has the centrifugal part, so that air at rest is
-//! in balance. Below a tenth of a pascal the flow goes down as Δp. Not here: the envelope's elasticity and strength, its own heat, winds that change along the path (ṁ_v, acceleration of the air).
+//! or slack is an event. Ballast is a `flight.propellant_tank` of the load. g is gravity at the node less the acceleration of air that turns with its planet, in inertial W as from a site,
+//! so that air at rest is in balance. Below a tenth of a pascal the flow goes down as Δp. Not here: the envelope's elasticity and strength, its own heat, winds that change along the path (ṁ_v, acceleration of the air).
 //! Sources: buoyancy, virtual mass of a ball (½) and gas law are textbook physics; orifices by Bernoulli's equation.
 
+use crate::aerodynamics::air_data::gravity_in_air;
 use crate::aerodynamics::gusty;
 use linkwork_runtime::prelude::*;
 use std::f64::consts::PI;
@@ -60,7 +61,7 @@ pub struct BalloonParams {
     /// Discharge coefficient C of both.
     #[param(default = 0.6, range = 0.0..=1.0)]
     pub discharge: f64,
-    /// Heat of the gas; unwritten: it has the air's temperature and ΔT at once.
+    /// Heat of the gas; default: it has the air's temperature and ΔT at once.
     pub heat: Option<HeatParams>,
     /// The air.
     #[param(service)]
@@ -68,6 +69,9 @@ pub struct BalloonParams {
     /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
+    /// The world, whose air turns with it.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The envelope, and commands.
@@ -168,7 +172,8 @@ impl Balloon {
     fn now(&self, c: &Clock, x: &Gas, u: &BalloonIn) -> Now {
         let p = &self.p;
         let air = gusty(&p.atmosphere, c.t, &u.envelope.position, &u.gust);
-        let pull = p.gravity.acceleration(c.t, u.envelope.position);
+        let place = &u.envelope.position;
+        let pull = gravity_in_air(&p.gravity, p.world.as_ref(), c.t, place);
         let temperature =
             if p.heat.is_some() { x.temperature } else { air.temperature + u.superheat };
         // A stage of the integrator may look behind the end of the gas.
@@ -295,6 +300,7 @@ mod tests {
             heat: None,
             atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
             gravity: Handle::new("g", Arc::new(Down) as Arc<dyn Gravity>),
+            world: None,
         }
     }
 

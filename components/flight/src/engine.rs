@@ -1,6 +1,6 @@
 //! `flight.engine`: thrust of a rocket engine, its mass flow, and what the flow does to a turning vehicle.
 //! ```text
-//! T = c T_vac − p A_e  (c: throttle, 0 … 1; at rest 0)        ṁ = c T_vac/(I_sp g₀)        g₀ = 9.80665 m/s²
+//! T = max(0, c T_vac − p A_e)  (c: throttle, 0 … 1)        ṁ = c T_vac/(I_sp g₀)        g₀ = 9.80665 m/s²
 //! F = T R_x(δ_x) R_y(δ_y) z at the nozzle (node z: against the jet; δ: gimbal, cut off at δ_max)
 //! flow from the surface of the propellant to the nozzle, along L: F_c = −2 ṁ ω × L in the middle of L
 //! ```
@@ -11,6 +11,14 @@ use linkwork_runtime::prelude::*;
 
 /// Standard gravity, m/s², of which the specific impulse is made.
 const G0: f64 = 9.80665;
+
+/// Thrust (N) of a nozzle that gives `vacuum` (N) without ambient pressure, under `pressure` (Pa) on its exit of `area` (m²).
+///
+/// The pressure takes p A_e as long as the jet fills the nozzle. A jet that is too weak for that separates from the wall, and the
+/// ambient pressure then acts on both sides of it: there is no thrust backwards, and none without a jet.
+pub(crate) fn nozzle_thrust(vacuum: f64, pressure: f64, area: f64) -> f64 {
+    (vacuum - pressure * area).max(0.0)
+}
 
 /// An engine.
 #[derive(Params, Clone, Debug)]
@@ -94,7 +102,7 @@ impl Model for Engine {
         if !u.supply || throttle <= 0.0 || throttle < p.throttle_min {
             return EngineOut { load: Wrench::zero(), flow: 0.0, thrust: 0.0 };
         }
-        let thrust = throttle * p.thrust - u.pressure * p.exit_area;
+        let thrust = nozzle_thrust(throttle * p.thrust, u.pressure, p.exit_area);
         let flow = throttle * p.thrust / (p.specific_impulse * G0);
         let path = u.nozzle.rotation * p.flow_path;
         let coriolis = u.nozzle.angular.cross(&path) * (-2.0 * flow);
@@ -110,6 +118,28 @@ impl Model for Engine {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// At 5 % throttle on the ground the ambient pressure is stronger than the jet: no thrust, and none backwards.
+    #[test]
+    fn a_jet_that_is_too_weak_does_not_pull_backwards() {
+        let p = EngineParams {
+            thrust: 1e5,
+            specific_impulse: 300.0,
+            exit_area: 0.1,
+            flow_path: Vec3::zeros(),
+            throttle_min: 0.0,
+            gimbal_max: 0.0,
+        };
+        let m = Engine { p };
+        let at = |throttle: f64| {
+            let (nozzle, pressure) = (NodeState::identity(), 101_325.0);
+            let u =
+                EngineIn { nozzle, throttle, supply: true, pressure, gimbal_x: 0.0, gimbal_y: 0.0 };
+            m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &())
+        };
+        assert!(at(0.05).thrust == 0.0 && at(0.05).flow > 0.0 && at(0.0).thrust == 0.0);
+        assert!((at(0.5).thrust - (5e4 - 10_132.5)).abs() < 1e-9);
+    }
 
     fn engine() -> Engine {
         let p = EngineParams {

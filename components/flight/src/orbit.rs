@@ -3,8 +3,8 @@
 //! E = v²/2 − μ/r      h = r × v      p = h²/μ      e = |v × h/μ − r̂|      i: h from z of the planet
 //! pericentre p/(1 + e) − R      apocentre p/(1 − e) − R
 //! ```
-//! Where W is a site, r and v are the inertial ones, and the node is counted from the planet's prime meridian
-//! at t = 0. All of it is continuous, so that a phase may end at an energy or a height.
+//! r and v are inertial, and inclination and node are those against the planet's equator and its prime meridian at t = 0, wherever the pole
+//! stands in W. All of it is continuous, so that a phase may end at an energy or a height.
 
 use crate::guidance::planet::inertial;
 use linkwork_runtime::prelude::*;
@@ -14,15 +14,12 @@ use linkwork_world::planet::PointMotion;
 /// The planet.
 #[derive(Params, Clone, Debug)]
 pub struct OrbitParams {
-    /// μ of the planet.
-    #[param(unit = "m^3/s^2", default = 3.986_004_418e14, range = 1e-9..)]
-    pub mu: f64,
-    /// Radius R from which heights are counted.
-    #[param(unit = "m", default = 6_378_137.0, range = 0.0..)]
-    pub radius: f64,
-    /// Gravity, which knows the site that W may be.
+    /// Radius R from which heights are counted; default: the equatorial radius of the world's body.
+    #[param(unit = "m", range = 0.0..)]
+    pub radius: Option<f64>,
+    /// The world, whose body it is about.
     #[param(service)]
-    pub gravity: Handle<dyn Gravity>,
+    pub world: Handle<dyn World>,
 }
 
 /// The craft.
@@ -68,10 +65,24 @@ pub struct OrbitOut {
 /// Nearer to the centre the energy is as from here, m.
 const NEAREST: f64 = 1.0;
 
+/// Gravity parameter (m³/s²) of the world's body.
+///
+/// # Errors
+/// It is not known.
+pub(crate) fn body_mu(world: &Handle<dyn World>) -> Result<f64, BuildError> {
+    world.mu().ok_or_else(|| {
+        let fact = "the gravity parameter of the world's body is not known";
+        BuildError::new(fact).help("write `mu` in `world`")
+    })
+}
+
 /// An orbit.
 pub struct Orbit {
-    p: OrbitParams,
+    mu: f64,
+    radius: f64,
     site: Option<Site>,
+    /// `R_QW` from inertial axes W to those of the planet at t = 0.
+    to_equator: Quat,
 }
 
 /// Osculating orbit of a craft: energy, elements, heights of the apses.
@@ -81,14 +92,21 @@ impl Model for Orbit {
     type Ud = OrbitIn;
     type Yd = OrbitOut;
     fn build(p: OrbitParams) -> Result<Self, BuildError> {
-        let site = p.gravity.site();
-        Ok(Orbit { p, site })
+        let mu = body_mu(&p.world)?;
+        let site = p.world.axes().place();
+        if let Axes::Level(_) = p.world.axes() {
+            let fact = "an orbit is about the centre of a body, and by `turning: false` of the world the ground is level and W does not turn";
+            return Err(BuildError::new(fact).help("remove `turning: false`, or this part"));
+        }
+        let to_equator = p.world.planet_axes(0.0).inverse();
+        let radius = p.radius.unwrap_or_else(|| p.world.radius());
+        Ok(Orbit { mu, radius, site, to_equator })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &OrbitIn) -> OrbitOut {
-        let p = &self.p;
+        let (mu, radius) = (self.mu, self.radius);
         let (r, v) = inertial(self.site.as_ref(), &u.body);
         // Along the planet's axes at t = 0.
-        let turn = self.site.map_or_else(Quat::identity, |s| {
+        let turn = self.site.map_or(self.to_equator, |s| {
             Quat::from_scaled_axis(Vec3::z() * (s.rate * c.t)) * s.pose.rotation
         });
         let state = PointMotion { position: turn * r, velocity: turn * v };
@@ -101,22 +119,22 @@ impl Model for Orbit {
             pericentre: 0.0,
             anomaly: 0.0,
         };
-        let e = Elements::of(p.mu, &state).unwrap_or(line);
+        let e = Elements::of(mu, &state).unwrap_or(line);
         let (distance, speed) = (r.norm(), v.norm());
         let rise = if distance > 0.0 { r.dot(&v) / distance } else { 0.0 };
         let across = (speed * speed - rise * rise).max(0.0).sqrt();
         let closed = e.eccentricity < 1.0;
         OrbitOut {
-            height: distance - p.radius,
+            height: distance - radius,
             speed,
             path_angle: rise.atan2(across),
-            energy: 0.5 * speed * speed - p.mu / distance.max(NEAREST),
+            energy: 0.5 * speed * speed - mu / distance.max(NEAREST),
             eccentricity: e.eccentricity,
             inclination: e.inclination,
             ascending_node: e.ascending_node,
-            pericentre: e.semi_latus_rectum / (1.0 + e.eccentricity) - p.radius,
+            pericentre: e.semi_latus_rectum / (1.0 + e.eccentricity) - radius,
             apocentre: if closed {
-                e.semi_latus_rectum / (1.0 - e.eccentricity) - p.radius
+                e.semi_latus_rectum / (1.0 - e.eccentricity) - radius
             } else {
                 0.0
             },
@@ -127,15 +145,28 @@ impl Model for Orbit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::guidance::planet::tests::Point;
-    use std::sync::Arc;
+    use linkwork_runtime::PlainWorld;
 
     const MU: f64 = 3.986_004_418e14;
     const R: f64 = 6_378_137.0;
 
     fn orbit(site: Option<Site>) -> Orbit {
-        let gravity = Handle::new("gravity", Arc::new(Point { mu: MU, site }) as Arc<dyn Gravity>);
-        Orbit::build(OrbitParams { mu: MU, radius: R, gravity }).unwrap()
+        let world = match site {
+            Some(site) => PlainWorld::of_site(MU, R, site),
+            None => PlainWorld::inertial(MU, R, 7.292_115e-5),
+        };
+        Orbit::build(OrbitParams { radius: None, world: world.handle() }).unwrap()
+    }
+
+    /// Inclination and node are against the planet's equator, however its pole stands in W.
+    #[test]
+    fn the_equator_is_that_of_the_planet() {
+        let lean = Quat::from_euler_angles(0.4, -0.3, 0.9);
+        let world = PlainWorld { start: lean, ..PlainWorld::inertial(MU, R, 7e-5) };
+        let m = Orbit::build(OrbitParams { radius: None, world: world.handle() }).unwrap();
+        let s = Elements::with_axis(7e6, 0.1, 0.9, 2.1, 0.7, 0.3).unwrap().state(MU);
+        let y = at(&m, 500.0, lean * s.position, lean * s.velocity);
+        assert!((y.inclination - 0.9).abs() < 1e-12 && (y.ascending_node - 2.1).abs() < 1e-12);
     }
 
     fn at(m: &Orbit, t: f64, position: Vec3, velocity: Vec3) -> OrbitOut {

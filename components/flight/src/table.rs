@@ -52,6 +52,18 @@ impl Curve {
         Ok(Curve { x, y: rows.iter().map(|r| r[1]).collect() })
     }
 
+    /// Refuses values below zero, and NaN; `what` says what they are.
+    ///
+    /// # Errors
+    /// The first of them, with its row.
+    pub fn not_negative(self, what: &str, param: &str) -> Result<Curve, BuildError> {
+        let Some(k) = self.y.iter().position(|y| !(*y >= 0.0)) else { return Ok(self) };
+        let fact = format!("{what} is {} at {}, below zero", self.y[k], self.x[k]);
+        Err(BuildError::new(fact)
+            .help("it would push a body along its way: write 0 or more")
+            .at(param))
+    }
+
     /// The value; beyond the ends that of the end.
     pub fn at(&self, x: f64) -> f64 {
         let (k, f) = cell(&self.x, x);
@@ -142,6 +154,16 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn values_below_zero_are_refused_where_they_would_push() {
+        let curve = |y: f64| Curve::new(&[[0.5, 1.0], [2.0, y]], "drag").unwrap();
+        assert!(curve(0.0).not_negative("C_D", "drag").is_ok());
+        for y in [-0.1, f64::NAN] {
+            let e = curve(y).not_negative("C_D", "drag").err().unwrap();
+            assert!(e.message.contains("at 2") && e.param.as_deref() == Some("drag"));
+        }
+    }
 
     #[test]
     fn a_curve_is_linear_between_rows_and_level_beyond() {

@@ -117,7 +117,14 @@ impl DualArmController {
             Hand { at: "left_tip", tip: &p.left_tip, tool: p.left_tool },
             Hand { at: "right_tip", tip: &p.right_tip, tool: p.right_tool },
         ];
-        Arm::new((&p.robot, p.inertia_check), &p.base, &hands, &p.armature, &p.loads, p.gravity)
+        Arm::new(
+            (&p.robot, p.inertia_check),
+            &p.base,
+            &hands,
+            &p.armature,
+            &p.loads,
+            crate::believed(p.gravity, p.field.as_ref()),
+        )
     }
 
     fn step(&self, d: &DualProgress) -> &Step {
@@ -232,7 +239,7 @@ impl DualArmController {
         let shared = m.robot.balance(object, Balance::Effort, &mut m.tau).ok()?;
         let (X, A) = (now.wanted.X, now.wanted.A);
         let com = X.rotation * self.p.loads[load].com;
-        let a = A.linear + A.angular.cross(&com) - self.p.gravity;
+        let a = A.linear + A.angular.cross(&com) - self.p.gravity.unwrap_or_default();
         // Safe: as if all of the push went through the palms.
         let net = a * self.p.loads[load].mass + Vec3::new(push[3], push[4], push[5]);
         let forces = [net - shared.second.force, shared.second.force];
@@ -331,7 +338,8 @@ impl SizedModel for DualArmController {
         }
     }
 
-    fn build(p: DualArmParams) -> Result<Self, BuildError> {
+    fn build(mut p: DualArmParams) -> Result<Self, BuildError> {
+        p.gravity = Some(crate::believed(p.gravity, p.field.as_ref()));
         let arm = Self::arm(&p)?;
         if let Some(k) = arm.limits.iter().position(|l| !(l.effort.is_finite() && l.effort > 0.0)) {
             let fact = format!("joint {k} of the robot has no limit of its effort");

@@ -66,7 +66,8 @@ fn params(moves: Vec<DualMove>) -> DualArmParams {
         work_position: Vec3::zeros(),
         work_rpy: Vec3::zeros(),
         work_noise: 0.0,
-        gravity: Vec3::new(0.0, 0.0, -9.80665),
+        gravity: Some(Vec3::new(0.0, 0.0, -9.80665)),
+        field: None,
         bandwidth: 30.0,
         friction: 0.6,
         margin: 1.3,
@@ -109,7 +110,7 @@ impl Plant {
 
     fn bare(&self) -> Robot {
         let mut robot = Robot::new(&self.c.arm.model);
-        robot.set_gravity(self.c.p.gravity).unwrap();
+        robot.set_gravity(self.c.p.gravity.unwrap()).unwrap();
         robot.set_q(&self.placed(&self.q)).unwrap();
         robot
     }

@@ -26,7 +26,7 @@ pub struct DualArmParams {
     /// The right tip's origin.
     #[param(unit = "m", default = Vec3::zeros())]
     pub right_tool: Vec3,
-    /// Inertia of each joint's rotor seen at the joint, left arm then right, base to tip; unwritten: zeros.
+    /// Inertia of each joint's rotor seen at the joint, left arm then right, base to tip; default: zeros.
     #[param(unit = "kg m^2", default = Vec::new())]
     pub armature: Vec<f64>,
     /// What is done, in turn.
@@ -44,9 +44,12 @@ pub struct DualArmParams {
     /// Standard deviation, on each axis, of where the work is seen about `work_position`: it is looked at anew when a move begins.
     #[param(unit = "m", default = 0.0, range = 0.0..)]
     pub work_noise: f64,
-    /// Free fall in the base's axes.
-    #[param(unit = "m/s^2", default = Vec3::new(0.0, 0.0, -9.80665))]
-    pub gravity: Vec3,
+    /// Acceleration of free fall that it believes, the base's axes. Default: from the simulation's gravity at the origin of W, for a base whose axes are those of W; without gravity, none.
+    #[param(unit = "m/s^2")]
+    pub gravity: Option<Vec3>,
+    /// Gravity of the simulation.
+    #[param(service)]
+    pub field: Option<Handle<dyn Gravity>>,
     /// Natural frequency with which errors go away when it tracks.
     #[param(unit = "rad/s", default = 30.0, range = 1e-3..)]
     pub bandwidth: f64,
@@ -69,7 +72,7 @@ pub struct DualArmParams {
     #[param(unit = "s", default = 5.0, range = 0.0..)]
     pub patience: f64,
     /// Positions of the joints at the start, left arm then right, base to tip: with them every move is followed before the run, and one that
-    /// ends out of reach, or on whose way a joint comes to its limits of position or rate, is refused. Unwritten: nothing is looked at.
+    /// ends out of reach, or on whose way a joint comes to its limits of position or rate, is refused. Default: nothing is looked at.
     #[param(unit = "rad", default = Vec::new())]
     pub ready: Vec<f64>,
 }

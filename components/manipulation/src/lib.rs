@@ -26,7 +26,13 @@ pub mod standing_controller;
 pub mod standing_ports;
 pub mod tracking;
 
-use linkwork_runtime::prelude::Entry;
+use linkwork_runtime::prelude::{Entry, Gravity, Handle, Vec3};
+
+/// Acceleration of free fall (m/s²) that a controller believes: as written, or else that of the simulation at the origin of W.
+pub(crate) fn believed(written: Option<Vec3>, field: Option<&Handle<dyn Gravity>>) -> Vec3 {
+    let of_field = |g: &Handle<dyn Gravity>| g.acceleration(0.0, Vec3::zeros());
+    written.or_else(|| field.map(of_field)).unwrap_or_else(Vec3::zeros)
+}
 
 /// The models of this library.
 pub fn catalogue() -> Vec<Entry> {

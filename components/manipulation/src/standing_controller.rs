@@ -155,7 +155,7 @@ fn legs_of(p: &StandingParams) -> Result<(Arc<RobotModel>, Vec<Leg>), BuildError
 impl StandingController {
     fn memory(&self) -> Result<Memory, RobotError> {
         let mut robot = Robot::new(&self.model);
-        robot.set_gravity(self.p.gravity)?;
+        robot.set_gravity(self.p.gravity.unwrap_or_default())?;
         let (nq, nv, feet) = (self.model.nq(), self.model.nv(), self.legs.len());
         let edges = EDGES * feet;
         Ok(Memory {
@@ -269,7 +269,7 @@ impl StandingController {
             self.accelerate(m, seen, (alpha, a_trunk))?;
             // The trunk's rows are the rate of all momentum, less the weight, in its axes.
             let row = Vec3::new(m.tau[iv + 3], m.tau[iv + 4], m.tau[iv + 5]);
-            a_trunk += a_com - (seen.R * row / seen.mass + self.p.gravity);
+            a_trunk += a_com - (seen.R * row / seen.mass + self.p.gravity.unwrap_or_default());
         }
         let forces = self.forces(m);
         let inside = inside(&seen.feet[..self.legs.len()], &seen.com);
@@ -413,7 +413,8 @@ impl SizedModel for StandingController {
         }
     }
 
-    fn build(p: StandingParams) -> Result<Self, BuildError> {
+    fn build(mut p: StandingParams) -> Result<Self, BuildError> {
+        p.gravity = Some(crate::believed(p.gravity, p.field.as_ref()));
         let (model, legs) = legs_of(&p)?;
         let free = || {
             let fact = format!("`{}` is not the body that floats", p.trunk);

@@ -26,7 +26,8 @@ fn params() -> StandingParams {
         friction: 0.6,
         force_max: 100.0,
         bandwidth: 12.0,
-        gravity: Vec3::new(0.0, 0.0, -9.80665),
+        gravity: Some(Vec3::new(0.0, 0.0, -9.80665)),
+        field: None,
     }
 }
 

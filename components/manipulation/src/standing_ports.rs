@@ -13,12 +13,12 @@ pub struct StandingParams {
     pub inertia_check: InertiaCheck,
     /// Link of the trunk, which floats.
     pub trunk: String,
-    /// What the trunk is believed to weigh, its moments of inertia in proportion; unwritten: what the description says.
+    /// What the trunk is believed to weigh, its moments of inertia in proportion; default: what the description says.
     #[param(unit = "kg", default = None, range = 1e-6..)]
     pub trunk_mass: Option<f64>,
     /// Links whose origins are the points of the feet, around the machine; each ends a leg of three joints.
     pub feet: Vec<String>,
-    /// Inertia of each joint's rotor seen at the joint, leg by leg, trunk to foot; unwritten: zeros.
+    /// Inertia of each joint's rotor seen at the joint, leg by leg, trunk to foot; default: zeros.
     #[param(unit = "kg m^2", default = Vec::new())]
     pub armature: Vec<f64>,
     /// Centre of mass over the middle of the feet when it stands.
@@ -45,9 +45,12 @@ pub struct StandingParams {
     /// Natural frequency with which errors of the centre of mass and of the attitude go away.
     #[param(unit = "rad/s", default = 12.0, range = 1e-3..)]
     pub bandwidth: f64,
-    /// Free fall.
-    #[param(unit = "m/s^2", default = Vec3::new(0.0, 0.0, -9.80665))]
-    pub gravity: Vec3,
+    /// Acceleration of free fall that it believes, W; default: from the simulation's gravity at the origin of W, none without it.
+    #[param(unit = "m/s^2")]
+    pub gravity: Option<Vec3>,
+    /// Gravity of the simulation.
+    #[param(service)]
+    pub field: Option<Handle<dyn Gravity>>,
 }
 
 /// What is seen of the trunk.

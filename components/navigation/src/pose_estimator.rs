@@ -40,7 +40,7 @@ pub struct PoseEstimatorParams {
     /// Roll, pitch (down is positive) and yaw of the camera's mount on the body.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub eye_rpy: Vec3,
-    /// Distance of the two cameras of its pair; unwritten: its ranges are known.
+    /// Distance of the two cameras of its pair; default: its ranges are known.
     #[param(unit = "m", default = None, range = 1e-4..)]
     pub baseline: Option<f64>,
     /// Standard deviation of a match, pixels.
@@ -88,6 +88,9 @@ pub struct PoseEstimatorParams {
     /// The Sun, when it has a sun sensor.
     #[param(service)]
     pub sun: Option<Handle<dyn Sun>>,
+    /// The world: gyroscopes on a planet measure its rotation, too.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// Readings.
@@ -301,6 +304,11 @@ impl Model for PoseEstimator {
             height: p.height,
             eye,
             gate: p.gate,
+            turning: p
+                .world
+                .as_ref()
+                .and_then(|w| w.axes().site())
+                .map_or_else(Vec3::zeros, |s| s.omega()),
         };
         let start = Start {
             position: p.start_position,

@@ -2,8 +2,9 @@
 //! ```text
 //! state       p, q (body to W), gyro bias b, slip s, scale error k of the camera's motions; p₀, q₀: the pose at the last picture
 //! errors      p = p̂ + δp,  q = exp(θ) q̂, both in W; likewise p₀, q₀
-//! between     ω = ω_m − b,  v = [(1 − s) u, 0, 0] + ω × [0, 0, h],  ṗ = R v,  q̇ = ½ q ω;   u: speed of the wheels, h above the ground
-//!             δṗ = −[R v]× θ − R x u δs + R n_v,   θ̇ = −R δb + R n_ω,   ḃ = n_b,   ṡ = −s/τ + n_s
+//! between     ω = ω_m − b − Rᵀ Ω,  v = [(1 − s) u, 0, 0] + ω × [0, 0, h],  ṗ = R v,  q̇ = ½ q ω;   u: speed of the wheels, h above the ground
+//!             δṗ = −[R v]× θ − R x u δs + R n_v,   θ̇ = −Ω × θ − R δb + R n_ω,   ḃ = n_b,   ṡ = −s/τ + n_s
+//!             Ω: rotation of W in inertial space, which gyroscopes measure, too
 //! camera      t_m = (1 + k) R_C0ᵀ (c − c₀),  R_m = R_C0ᵀ R_C,   c = p + R e,  R_C = R R_BC                      stochastic cloning
 //! level       R̂ f − a, averaged, lies along z:   s ≈ z − θ × z         f: specific force, a: change of the wheels' velocity
 //! Sun         R̂ s_m ≈ n + n × θ                                         n: towards it, W
@@ -55,6 +56,8 @@ pub struct Instruments {
     pub eye: Pose,
     /// χ² beyond which a camera's motion is left out.
     pub gate: f64,
+    /// Ω: angular velocity of W in inertial space, W, rad/s.
+    pub turning: Vec3,
 }
 
 /// Standard deviations at the start.
@@ -141,10 +144,15 @@ impl PoseFilter {
         }
     }
 
+    /// Turn rate over W, body, rad/s.
+    fn over_w(&self, i: &Instruments, rates: &Rates) -> Vec3 {
+        rates.gyro - self.bias - self.pose.rotation.inverse() * i.turning
+    }
+
     /// Velocity (W, m/s) at these rates.
     #[must_use]
     pub fn velocity(&self, i: &Instruments, rates: &Rates) -> Vec3 {
-        let w = rates.gyro - self.bias;
+        let w = self.over_w(i, rates);
         let along = Vec3::new((1.0 - self.slip) * rates.speed, 0.0, 0.0);
         self.pose.rotation * (along + w.cross(&Vec3::new(0.0, 0.0, i.height)))
     }
@@ -152,7 +160,7 @@ impl PoseFilter {
     /// Where it is after a time (s), without the errors.
     #[must_use]
     pub fn ahead(&self, i: &Instruments, rates: &Rates, dt: f64) -> Pose {
-        let w = rates.gyro - self.bias;
+        let w = self.over_w(i, rates);
         // Along the heading of the middle of the step.
         let half = self.pose.rotation * Quat::from_scaled_axis(w * (0.5 * dt));
         let body = self.pose.rotation.inverse() * self.velocity(i, rates);
@@ -173,6 +181,7 @@ impl PoseFilter {
         // Φ = 1 but for these blocks.
         let to_q = -skew(&moved);
         let to_b = R * -dt;
+        let turned = skew(&i.turning) * -dt;
         let to_s = R * Vec3::new(-rates.speed * dt, 0.0, 0.0);
         let rows = |m: &Matrix| {
             let mut out = *m;
@@ -182,7 +191,7 @@ impl PoseFilter {
                         (0..3).map(|l| block[(k, l)] * m[at + l][j]).sum()
                     };
                     out[P + k][j] += along(&to_q, Q) + to_s[k] * m[S][j];
-                    out[Q + k][j] += along(&to_b, B);
+                    out[Q + k][j] += along(&to_b, B) + along(&turned, Q);
                 }
                 out[S][j] = keep * m[S][j];
             }
@@ -191,7 +200,7 @@ impl PoseFilter {
         // Φ P Φᵀ = (Φ (Φ P)ᵀ)ᵀ, and P is symmetric.
         let once = rows(&self.covariance);
         self.covariance = rows(&transposed(&once));
-        let way = (rates.speed.abs() + i.reach * (rates.gyro - self.bias).norm()) * dt;
+        let way = (rates.speed.abs() + i.reach * self.over_w(i, rates).norm()) * dt;
         let D = Mat3::from_diagonal(&(i.wheels.component_mul(&i.wheels) * way));
         let noise = R * D * R.transpose();
         // A rate that jumps somewhere between two samples: a twelfth of its square.

@@ -1,17 +1,15 @@
-//! `power.solar_panel`: electrical power of a panel under the sun of a planet with dust in its air.
+//! `power.solar_panel`: electrical power of a panel in sunlight, in space or under air with dust.
 //! ```text
-//! S = 1361 W/m² / R²                                              R: distance in AU
-//! beam     S e^(−τ/cos Z) max(0, cos i)                           Z: zenith angle, i: incidence
-//! diffuse  S cos Z (T(τ, Z) − e^(−τ/cos Z)) (1 + n_z)/2           sky seen by the tilted panel
-//! P = η A f_dust (s beam + diffuse)                               s: share of the panel that sees the sun
+//! E        power of sunlight at the place, ν the visible part of the Sun's disc (see [`Sun::light`])
+//! beam     ν E e^(−τ/cos Z) max(0, cos i)                          Z: zenith angle, i: incidence
+//! diffuse  E cos Z (T(τ, Z) − e^(−τ/cos Z)) (1 + n · up)/2         sky seen by the tilted panel
+//! P = η A f_dust (s beam + diffuse)                                s: share of the panel that sees the sun
 //! ```
 //! T is the share of the light that reaches the ground in all. `T = 1/(1 + 0.16 τ/cos Z)` is a two-stream form with an
-//! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam is left.
+//! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam is left. In the shadow of a
+//! body of the world and below the horizon there is no beam.
 
 use linkwork_runtime::prelude::*;
-
-/// Solar constant at 1 AU, W/m².
-pub const SOLAR_CONSTANT: f64 = 1361.0;
 
 /// Panel and air.
 #[derive(Params, Clone, Debug)]
@@ -22,8 +20,8 @@ pub struct SolarPanelParams {
     /// Share of the light that becomes electricity.
     #[param(default = 0.27, range = 0.0..=1.0)]
     pub efficiency: f64,
-    /// Optical depth of the air.
-    #[param(default = 0.5, range = 0.0..)]
+    /// Optical depth τ of the air: 0 in vacuum, 0.3 to 0.8 of the dust of Mars in clear seasons. Above 0 it needs ground: a site, or gravity on level ground.
+    #[param(default = 0.0, range = 0.0..)]
     pub optical_depth: f64,
     /// Share of the light that passes dust which stays on the panel; what comes and goes is `power.dust`.
     #[param(default = 1.0, range = 0.0..=1.0)]
@@ -31,6 +29,12 @@ pub struct SolarPanelParams {
     /// The sun.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
+    /// The world, for the vertical.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
+    /// Gravity, for the vertical of level ground.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// The panel.
@@ -67,38 +71,55 @@ pub struct SolarPanelOut {
 /// A solar panel.
 pub struct SolarPanel {
     p: SolarPanelParams,
+    vertical: Vertical,
 }
 
-/// Light (W/m²) on a panel of the unit normal `n` under a sun in the unit direction `sun` (W, z up) at `au`; of the
-/// sun's beam the share `sunlit`.
-pub fn irradiance(n: Vec3, sun: Vec3, au: f64, optical_depth: f64, sunlit: f64) -> f64 {
-    let cos_z = sun.z;
-    let full = SOLAR_CONSTANT / (au * au);
+/// Light (W/m²) on a panel of the unit normal `n` (W) with `up` at its place; of the Sun's beam the share `sunlit`.
+pub fn irradiance(n: &Vec3, light: &Light, up: &Vec3, optical_depth: f64, sunlit: f64) -> f64 {
+    let facing = n.dot(&light.direction).max(0.0) * light.visible * sunlit;
     if optical_depth == 0.0 {
-        return full * sunlit * n.dot(&sun).max(0.0);
+        return light.irradiance * facing;
     }
+    let cos_z = light.direction.dot(up);
     if cos_z <= 0.0 {
         return 0.0;
     }
     let slant = optical_depth / cos_z.max(1e-3);
     let direct = (-slant).exp();
     let total = 1.0 / (1.0 + 0.16 * slant);
-    let beam = direct * sunlit * n.dot(&sun).max(0.0);
-    let diffuse = cos_z * (total - direct).max(0.0) * 0.5 * (1.0 + n.z);
-    full * (beam + diffuse)
+    let diffuse = cos_z * (total - direct).max(0.0) * 0.5 * (1.0 + n.dot(up));
+    light.irradiance * (direct * facing + diffuse)
 }
 
-/// Power of a solar panel: beam and diffuse light through dusty air, dust on the panel.
+/// Power of a solar panel: beam and diffuse light through dusty air, dust on the panel, shadows of the bodies of the world.
 #[model("power.solar_panel")]
 impl Model for SolarPanel {
     type Params = SolarPanelParams;
     type Ud = SolarPanelIn;
     type Yd = SolarPanelOut;
+    fn build(p: SolarPanelParams) -> Result<Self, BuildError> {
+        if p.optical_depth > 0.0 && p.world.as_ref().is_some_and(|w| w.axes() == Axes::Inertial) {
+            let fact = format!(
+                "air of an optical depth of {} over it, and W is inertial: there is no ground",
+                p.optical_depth
+            );
+            let help = "leave `optical_depth` out in space, or write a `site` in `world`";
+            return Err(BuildError::new(fact).help(help).at("optical_depth"));
+        }
+        // In vacuum the vertical does not matter.
+        let vertical = match Vertical::new(p.world.as_ref(), p.gravity.as_ref()) {
+            Ok(vertical) => vertical,
+            Err(e) if p.optical_depth > 0.0 => return Err(e.at("optical_depth")),
+            Err(_) => Vertical::Level,
+        };
+        Ok(SolarPanel { p, vertical })
+    }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &SolarPanelIn) -> SolarPanelOut {
-        let p = &self.p;
-        let sun = p.sun.state(c.t);
+        let (p, place) = (&self.p, &u.panel.position);
+        let sun = p.sun.light(c.t, place);
         let n = u.panel.rotation * Vec3::z();
-        let light = irradiance(n, sun.direction, sun.distance_au, p.optical_depth, u.sunlit);
+        let up = self.vertical.up(c.t, place);
+        let light = irradiance(&n, &sun, &up, p.optical_depth, u.sunlit);
         let power = p.efficiency * p.area * p.dust * u.passes * light;
         SolarPanelOut { power, load: -power, irradiance: light, cosine: n.dot(&sun.direction) }
     }
@@ -107,7 +128,19 @@ impl Model for SolarPanel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linkwork_runtime::{AU, SOLAR_CONSTANT};
     use std::sync::Arc;
+
+    fn light(direction: Vec3, au: f64) -> Light {
+        let irradiance = SOLAR_CONSTANT / (au * au);
+        let distance = au * AU;
+        Light { direction, distance, irradiance, visible: 1.0, penumbra: 1.0, umbra: 1.0 }
+    }
+
+    /// Over level ground.
+    fn irradiance(n: Vec3, sun: Vec3, au: f64, optical_depth: f64, sunlit: f64) -> f64 {
+        super::irradiance(&n, &light(sun, au), &Vec3::z(), optical_depth, sunlit)
+    }
 
     #[test]
     fn without_air_it_is_the_cosine_law() {
@@ -149,17 +182,44 @@ mod tests {
         }
     }
 
+    fn params() -> SolarPanelParams {
+        SolarPanelParams {
+            area: 2.0,
+            efficiency: 0.25,
+            optical_depth: 0.0,
+            dust: 0.9,
+            sun: Handle::new("sun", Arc::new(Noon) as Arc<dyn Sun>),
+            world: None,
+            gravity: None,
+        }
+    }
+
+    /// A Sun of which a part is hidden gives that much less of the beam, and in vacuum no light at all when it is hidden.
+    #[test]
+    fn shadow_of_bodies_takes_the_beam() {
+        let part = |visible: f64, tau: f64| {
+            let light = Light { visible, ..light(Vec3::z(), 1.0) };
+            super::irradiance(&Vec3::z(), &light, &Vec3::z(), tau, 1.0)
+        };
+        assert_eq!((part(0.0, 0.0), part(0.25, 0.0)), (0.0, 0.25 * 1361.0));
+        let beam = 1361.0 * f64::exp(-0.5);
+        assert!((part(1.0, 0.5) - part(0.0, 0.5) - beam).abs() < 1e-9);
+    }
+
+    #[test]
+    fn air_needs_ground() {
+        use linkwork_runtime::PlainWorld;
+        let dusty = SolarPanelParams { optical_depth: 0.5, ..params() };
+        let e = SolarPanel::build(dusty.clone()).err().unwrap();
+        assert!(e.param.as_deref() == Some("optical_depth") && e.message.contains("way is up"));
+        let world = Some(PlainWorld::inertial(4e14, 6.4e6, 7e-5).handle());
+        let e = SolarPanel::build(SolarPanelParams { world, ..dusty }).err().unwrap();
+        assert!(e.message.contains("no ground") && e.help.is_some());
+    }
+
     #[test]
     fn dust_that_stays_and_dust_that_settles_both_take_their_share() {
-        let panel = SolarPanel {
-            p: SolarPanelParams {
-                area: 2.0,
-                efficiency: 0.25,
-                optical_depth: 0.0,
-                dust: 0.9,
-                sun: Handle::new("sun", Arc::new(Noon) as Arc<dyn Sun>),
-            },
-        };
+        let panel = SolarPanel::build(params()).unwrap();
         let u = SolarPanelIn { panel: NodeState::identity(), passes: 0.8, sunlit: 0.5 };
         let y = panel.direct(&Clock::at(0.0, 1.0, 0), &(), &(), &u, &());
         assert!((y.power - 0.5 * 0.9 * 0.8 * 0.5 * 1361.0).abs() < 1e-9, "{y:?}");

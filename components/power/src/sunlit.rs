@@ -3,7 +3,7 @@
 //! points in the middles of n × n equal parts of the panel, `clearance` over it
 //! share = those whose ray to the sun meets nothing within `range`, over n²
 //! ```
-//! 0 where the sun is below the horizontal, or behind the panel. Rays meet the terrain, as triangles between the points of
+//! 0 where the sun is behind the panel, or hidden by the horizon or a body of the world (see [`Sun::light`]). Rays meet the terrain, as triangles between the points of
 //! its grid, and the shapes of the bodies that `sees` names; the terrain ends at its edge. The sun is a point: shadows have
 //! sharp edges, and the share changes in steps of 1/n². Sampled: the shadow of a part that stands still moves slowly.
 
@@ -25,7 +25,7 @@ pub struct SunlitParams {
     /// Length of the rays.
     #[param(unit = "m", default = 1000.0, range = 1e-3..)]
     pub range: f64,
-    /// Bodies that cast shadows, by patterns of their names; unwritten: all.
+    /// Bodies that cast shadows, by patterns of their names; default: all.
     #[param(service)]
     pub sees: Scenery,
     /// The ground, when there is one.
@@ -95,8 +95,9 @@ impl SizedModel for Sunlit {
 
     fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
         let panel = NodeState::get(u);
-        let sun = self.sun.state(c.t).direction;
-        if sun.z <= 0.0 || (panel.rotation * Vec3::z()).dot(&sun) <= 0.0 {
+        let light = self.sun.light(c.t, &panel.position);
+        let sun = light.direction;
+        if light.visible <= 0.0 || (panel.rotation * Vec3::z()).dot(&sun) <= 0.0 {
             y[0] = 0.0;
             return;
         }
@@ -120,6 +121,17 @@ mod tests {
     impl Sun for Still {
         fn state(&self, _: f64) -> SunState {
             SunState { direction: self.0.normalize(), distance_au: 1.5 }
+        }
+        // Over level ground.
+        fn light(&self, _: f64, _: &Vec3) -> Light {
+            Light {
+                direction: self.0.normalize(),
+                distance: 2e11,
+                irradiance: 600.0,
+                visible: if self.0.z > 0.0 { 1.0 } else { 0.0 },
+                penumbra: 1.0,
+                umbra: 1.0,
+            }
         }
     }
 

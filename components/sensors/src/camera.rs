@@ -13,8 +13,8 @@ use linkwork_render::{
     Brown, Camera, Channels, Detector, Image, Lens, Light, Look, Noise, Picture, RenderError,
     Scene, Surroundings, Want,
 };
-use linkwork_runtime::Lane;
 use linkwork_runtime::prelude::*;
+use linkwork_runtime::{AU, Lane};
 
 /// Lens, detector, and what there is to see.
 #[derive(Params, Clone, Debug)]
@@ -49,7 +49,7 @@ pub struct CameraParams {
     /// Noise of photons and of reading.
     #[param(default = true)]
     pub noise: bool,
-    /// Distance of the two cameras of a pair; unwritten: one camera that knows how far things are.
+    /// Distance of the two cameras of a pair; default: one camera that knows how far things are.
     #[param(unit = "m", default = None, range = 1e-4..)]
     pub baseline: Option<f64>,
     /// Disparities that a pair looks at.
@@ -67,7 +67,7 @@ pub struct CameraParams {
     /// Length of the coarsest grain of that texture.
     #[param(unit = "m", default = 0.15, range = 1e-6..)]
     pub grain: f64,
-    /// Bodies that are seen, by patterns of their names; unwritten: all.
+    /// Bodies that are seen, by patterns of their names; default: all.
     #[param(service)]
     pub sees: Scenery,
     /// The ground, when there is one.
@@ -76,6 +76,9 @@ pub struct CameraParams {
     /// The Sun, when there is one; else it stands high in the sky.
     #[param(service)]
     pub sun: Option<Handle<dyn Sun>>,
+    /// The world: where W is inertial, there is no sky that shines.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// A camera or a pair.
@@ -102,17 +105,18 @@ impl CameraSensor {
         Pose::new(mount.rotation * lens_axes(), mount.position)
     }
 
-    /// The light at a time.
-    fn light(&self, t: f64) -> Light {
+    /// The light at a time and place (W).
+    fn light(&self, t: f64, at: &Vec3) -> Light {
         let usual = Light::default();
         let Some(sun) = &self.p.sun else { return usual };
-        let state = sun.state(t);
+        let seen = sun.light(t, at);
         // The default is of 1.52 AU.
-        let share = (1.52 / state.distance_au).powi(2);
-        let up = f64::from(u8::from(state.direction.z > 0.0));
+        let share = (1.52 * AU / seen.distance).powi(2);
+        let space = self.p.world.as_ref().is_some_and(|w| w.axes() == Axes::Inertial);
+        let up = f64::from(u8::from(!space && seen.direction.z > 0.0));
         Light {
-            sun: state.direction,
-            sun_irradiance: usual.sun_irradiance.map(|e| share * e),
+            sun: seen.direction,
+            sun_irradiance: usual.sun_irradiance.map(|e| share * seen.visible * e),
             sky_irradiance: usual.sky_irradiance.map(|e| share * up * e),
             horizon: usual.horizon.map(|l| share * up * l),
             zenith: usual.zenith.map(|l| share * up * l),
@@ -229,8 +233,9 @@ impl Field for CameraSensor {
     fn update(&self, c: &Clock, picture: &mut Picture, _: &[Nothing], u: &[f64]) {
         let (mount, bodies) = u.split_at(<NodeState as Lane>::N);
         let taken = self.around.now(bodies).and_then(|mut scene| {
-            scene.set_light(self.light(c.t));
-            self.take(c, &scene, Self::mount(mount)).ok()
+            let pose = Self::mount(mount);
+            scene.set_light(self.light(c.t, &pose.position));
+            self.take(c, &scene, pose).ok()
         });
         // A pose that is none has stopped the run before: its lanes are checked at every row.
         if let Some(taken) = taken {
@@ -291,6 +296,7 @@ mod tests {
             sees: Scenery::default(),
             terrain: Some(Handle::new("ground", ground)),
             sun: None,
+            world: None,
         }
     }
 

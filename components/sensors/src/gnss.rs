@@ -39,18 +39,12 @@ pub struct GnssParams {
     /// Inclination.
     #[param(unit = "rad", default = 0.959_931_088_596_881_2, range = 0.0..=3.15)]
     pub inclination: f64,
-    /// Radius of the orbits a.
-    #[param(unit = "m", default = 2.656e7, range = 1.0..)]
-    pub orbit_radius: f64,
+    /// Radius of the orbits a; unwritten, at the Earth: 26 560 km.
+    #[param(unit = "m", range = 1.0..)]
+    pub orbit_radius: Option<f64>,
     /// Right ascension Ω of the node of the first plane.
     #[param(unit = "rad", default = 0.0)]
     pub node: f64,
-    /// Gravitational parameter of the planet, m³/s².
-    #[param(default = 3.986_004_418e14, range = 1.0..)]
-    pub mu: f64,
-    /// Radius of the planet, which is in the way.
-    #[param(unit = "m", default = 6_378_137.0, range = 1.0..)]
-    pub planet_radius: f64,
     /// Least elevation over the horizontal; below zero for what flies high.
     #[param(unit = "rad", default = 0.0873, range = -1.58..=1.58)]
     pub mask: f64,
@@ -84,9 +78,9 @@ pub struct GnssParams {
     /// Greatest PDOP with which there is a fix.
     #[param(default = 20.0, range = 1.0..)]
     pub pdop_max: f64,
-    /// Gravity, which knows the site that W may be.
+    /// The world, around whose body the satellites are.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Handle<dyn World>,
 }
 
 /// The antenna.
@@ -152,9 +146,17 @@ struct Signal {
     rate: f64,
 }
 
+/// Radius of the orbits of GPS, m.
+const GPS: f64 = 2.656e7;
+
 /// A receiver.
 pub struct Gnss {
     p: GnssParams,
+    mu: f64,
+    /// Radius of the orbits, m.
+    a: f64,
+    /// Radius of the body, which is in the way, m.
+    radius: f64,
     site: Option<Site>,
 }
 
@@ -168,13 +170,13 @@ impl Gnss {
         let p = &self.p;
         let turn = std::f64::consts::TAU;
         let (plane, place) = (f64::from(k / p.per_plane), f64::from(k % p.per_plane));
-        let rate = (p.mu / p.orbit_radius.powi(3)).sqrt();
+        let rate = (self.mu / self.a.powi(3)).sqrt();
         let ahead = f64::from(p.phasing) * plane / f64::from(self.count());
         let (sin, cos) = (turn * (place / f64::from(p.per_plane) + ahead) + rate * t).sin_cos();
         let orbit =
             Quat::from_axis_angle(&Vec3::z_axis(), p.node + turn * plane / f64::from(p.planes))
                 * Quat::from_axis_angle(&Vec3::x_axis(), p.inclination);
-        let a = p.orbit_radius;
+        let a = self.a;
         Moving {
             p: orbit * Vec3::new(a * cos, a * sin, 0.0),
             v: orbit * Vec3::new(-a * rate * sin, a * rate * cos, 0.0),
@@ -216,7 +218,7 @@ impl Gnss {
         let along = -own.dot(&to) / to.norm_squared();
         let nearest = (own + to * along.clamp(0.0, 1.0)).norm();
         // On the ground the way begins at the planet's surface.
-        let clear = along <= 0.0 || nearest >= p.planet_radius;
+        let clear = along <= 0.0 || nearest >= self.radius;
         clear
             && Self::elevation(own, s) >= p.mask
             && axis.cross(&to).norm().atan2(axis.dot(&to)) <= p.cone
@@ -345,8 +347,27 @@ impl SizedModel for Gnss {
     }
 
     fn build(p: GnssParams) -> Result<Self, BuildError> {
-        let site = p.gravity.as_ref().and_then(|g| g.site());
-        Ok(Gnss { p, site })
+        let body = p.world.body();
+        let wrong =
+            |fact: String, help: &str, param: &str| Err(BuildError::new(fact).help(help).at(param));
+        let Some(a) = p.orbit_radius.or((body == "earth").then_some(GPS)) else {
+            let fact =
+                format!("there are no navigation satellites around `{body}`, the body of `world`");
+            let help = "remove the receiver, or write `orbit_radius` with `planes`, `per_plane` and `inclination` of satellites of your own";
+            return wrong(fact, help, "orbit_radius");
+        };
+        if let Axes::Level(_) = p.world.axes() {
+            let fact = "its satellites are on orbits, and by `turning: false` of the world W does not turn under them";
+            return Err(
+                BuildError::new(fact).help("remove `turning: false` from the `site` of `world`")
+            );
+        }
+        let Some(mu) = p.world.mu() else {
+            let fact = "the gravity parameter of the world's body is not known";
+            return Err(BuildError::new(fact).help("write `mu` in `world`"));
+        };
+        let (site, radius) = (p.world.axes().site(), p.world.radius());
+        Ok(Gnss { p, mu, a, radius, site })
     }
 
     fn direct(&self, c: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {

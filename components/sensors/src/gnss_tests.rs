@@ -1,21 +1,25 @@
 //! Tests of `sensors.gnss`: exact without errors, errors as the geometry says, visibility in closed form, what is refused.
 use super::*;
-use linkwork_runtime::Lane;
+use linkwork_runtime::{Lane, PlainWorld};
 use linkwork_spatial::Pose;
-use std::sync::Arc;
+
+const RADIUS: f64 = 6_378_137.0;
 
 /// The Earth, with W at a site of it or inertial.
-struct Earth(Option<Site>);
-impl Gravity for Earth {
-    fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-        Vec3::zeros()
-    }
-    fn axes(&self) -> Axes {
-        Axes::of(self.0)
+fn earth(site: Option<Site>) -> Handle<dyn World> {
+    let mu = 3.986_004_418e14;
+    match site {
+        Some(site) => PlainWorld::of_site(mu, RADIUS, site).handle(),
+        None => PlainWorld::inertial(mu, RADIUS, 7.292_115e-5).handle(),
     }
 }
 
-const RADIUS: f64 = 6_378_137.0;
+/// Elsewhere than at the Earth there are only satellites of the user's.
+#[test]
+fn without_satellites_it_is_refused() {
+    let e = Gnss::build(GnssParams { orbit_radius: None, ..quiet(None) }).err().unwrap();
+    assert!(e.message.contains("no navigation satellites") && e.help.is_some());
+}
 
 fn quiet(site: Option<Site>) -> GnssParams {
     GnssParams {
@@ -23,10 +27,8 @@ fn quiet(site: Option<Site>) -> GnssParams {
         per_plane: 4,
         phasing: 1,
         inclination: 55f64.to_radians(),
-        orbit_radius: 2.656e7,
+        orbit_radius: Some(2.656e7),
         node: 0.3,
-        mu: 3.986_004_418e14,
-        planet_radius: RADIUS,
         mask: 5f64.to_radians(),
         cone: std::f64::consts::PI,
         range_sigma: 0.0,
@@ -38,7 +40,7 @@ fn quiet(site: Option<Site>) -> GnssParams {
         clock_white: 0.0,
         clock_walk: 0.0,
         pdop_max: 20.0,
-        gravity: Some(Handle::new("earth", Arc::new(Earth(site)) as Arc<dyn Gravity>)),
+        world: earth(site),
     }
 }
 
@@ -124,7 +126,7 @@ fn satellites_are_seen_as_the_geometry_says() {
         for k in 0..m.count() {
             let s = m.satellite(k, 5.0 * f64::from(step));
             highest = highest.max(Gnss::elevation(&pole, &s.p));
-            let speed = (m.p.mu / m.p.orbit_radius).sqrt();
+            let speed = (m.mu / m.a).sqrt();
             assert!((s.v.norm() / speed - 1.0).abs() < 1e-12 && s.v.dot(&s.p).abs() < 1.0);
         }
     }

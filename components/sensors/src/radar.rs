@@ -7,7 +7,7 @@
 //!           not lie in a plane
 //! ```
 //! d: the beam, n: the surface's normal. It sees the terrain service as triangles between the nodes of its grid, the shapes of the bodies that `sees` names, which move, and the
-//! sphere of `ground_radius` about the planet's centre: W is a site on the planet, or its centre is the origin of W and the sphere turns at `planet_rate` about z. The first of them counts. All beams of a sample are
+//! sphere of `ground_radius` about the planet's centre: W is a site on the planet, or its centre is the origin of W and the sphere turns with it. The first of them counts. All beams of a sample are
 //! of one instant and without width: no leading edge of a footprint, no side lobes.
 
 use linkwork_render::{Look, Scene, Surroundings};
@@ -50,22 +50,19 @@ pub struct RadarParams {
     /// Probability that an echo is lost.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub drop_out: f64,
-    /// Radius of a sphere about the planet's centre that is ground, too; unwritten: none.
+    /// Radius of a sphere about the planet's centre that is ground, too; default: none.
     #[param(unit = "m", range = 1.0..)]
     pub ground_radius: Option<f64>,
-    /// Rate of that sphere about z of W where W is inertial.
-    #[param(unit = "rad/s", default = 0.0)]
-    pub planet_rate: f64,
-    /// Bodies that are seen, by patterns of their names; unwritten: all. Leave out the one that carries the radar when it is in
+    /// Bodies that are seen, by patterns of their names; default: all. Leave out the one that carries the radar when it is in
     /// the way of beams.
     #[param(service)]
     pub sees: Scenery,
     /// The ground, when there is one.
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
-    /// Gravity, which knows the site.
+    /// The world, which knows where the planet is and how it turns.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// What the beams together tell.
@@ -97,6 +94,8 @@ pub struct Radar {
     beams: Vec<Vec3>,
     around: Surroundings,
     site: Option<Site>,
+    /// Angular velocity of the planet in W, rad/s.
+    spin: Vec3,
     /// For each shape that is seen the place of its body among the ports; none: the world.
     bodies: Vec<Option<usize>>,
 }
@@ -115,8 +114,7 @@ impl Radar {
         }
         let range = over / (root.sqrt() - along);
         let place = from + d * range;
-        let spin = Vec3::z() * self.p.planet_rate;
-        let velocity = if self.site.is_some() { Vec3::zeros() } else { spin.cross(&place) };
+        let velocity = self.spin.cross(&place);
         Some(Hit { range, facing: place.dot(d).abs() / radius, velocity })
     }
 
@@ -198,24 +196,21 @@ impl SizedModel for Radar {
             let fact = format!("beam {k} has no direction");
             return wrong("beams", fact, "write one of any length, e.g. [0.3, 0, -1]");
         }
-        if p.ground_radius.is_some() && p.gravity.is_none() {
-            let fact = "`ground_radius` is written and there is no gravity, which knows where the planet is";
+        if p.ground_radius.is_some() && p.world.is_none() {
+            let fact = "`ground_radius` is written, and the simulation has no `world` that says where the planet is";
             return wrong(
                 "ground_radius",
                 fact.into(),
-                "add a gravity part, or leave `ground_radius` out",
+                "write `world: (body: ..)` in the simulation, or leave `ground_radius` out",
             );
         }
-        let site = p.gravity.as_ref().and_then(|g| g.site());
-        if site.is_some() && p.planet_rate != 0.0 {
-            let fact = "W is a site on the planet, in which its ground stands still".to_string();
-            return wrong("planet_rate", fact, "take `planet_rate` out");
-        }
+        let site = p.world.as_ref().and_then(|w| w.axes().place());
+        let spin = p.world.as_ref().map_or_else(Vec3::zeros, |w| w.planet_rate(0.0));
         let around = Surroundings::new(p.terrain.as_ref(), Look::plain([0.2; 3]), p.sees.clone())?;
         let place = |body: &String| p.sees.bodies().iter().position(|b| b == body);
         let bodies = p.sees.shapes().iter().map(|s| place(&s.body)).collect();
         let beams = p.beams.iter().map(|d| d.normalize()).collect();
-        Ok(Self { beams, around, site, bodies, p })
+        Ok(Self { beams, around, site, spin, bodies, p })
     }
 
     fn direct(&self, c: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
@@ -250,15 +245,6 @@ impl SizedModel for Radar {
 mod tests {
     use super::*;
     use crate::test_ground;
-    use std::sync::Arc;
-
-    /// A point of attraction at the origin of W.
-    struct Point;
-    impl Gravity for Point {
-        fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
-            p * (-4.9e12 / p.norm().powi(3))
-        }
-    }
 
     fn beams() -> Vec<Vec3> {
         let canted = |x: f64, y: f64| Vec3::new(x, y, -2.0);
@@ -278,10 +264,9 @@ mod tests {
             speed_resolution: 0.0,
             drop_out: 0.0,
             ground_radius: None,
-            planet_rate: 0.0,
             sees: Scenery::default(),
             terrain: None,
-            gravity: None,
+            world: None,
         }
     }
 
@@ -291,8 +276,8 @@ mod tests {
     }
 
     fn moon(rate: f64) -> RadarParams {
-        let gravity = Some(Handle::new("g", Arc::new(Point) as Arc<dyn Gravity>));
-        RadarParams { ground_radius: Some(1.7374e6), planet_rate: rate, gravity, ..params() }
+        let world = Some(linkwork_runtime::PlainWorld::inertial(4.9e12, 1.7374e6, rate).handle());
+        RadarParams { ground_radius: Some(1.7374e6), world, ..params() }
     }
 
     /// Range, speed and echo of each beam, and what they tell together.

@@ -4,7 +4,7 @@
 //! H = atan2(−s_x, cos φ s_z − sin φ s_y)             hour angle at the latitude φ: 0 at noon, rising
 //! local time = 12 h + H · 24 h/2π
 //! ```
-//! W has x east, y north, z up. An hour of local time is a twenty-fourth of a solar day: on Mars 3699 s. It is a true value
+//! s has x east, y north, z up of the site, whatever the heading of W. An hour of local time is a twenty-fourth of a solar day: on Mars 3699 s. It is a true value
 //! without noise, for plans and plots. At a pole, and where the sun does not move, there is no local time: H is what the
 //! formula gives.
 
@@ -14,12 +14,15 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Place and sun.
 #[derive(Params, Clone, Debug)]
 pub struct SolarClockParams {
-    /// Latitude of the site.
+    /// Latitude of level ground without a world; in a world that of its site.
     #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
-    pub latitude: f64,
+    pub latitude: Option<f64>,
     /// The sun.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
+    /// The world, which knows the site.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The sun over the site.
@@ -41,7 +44,11 @@ pub struct SolarClockOut {
 
 /// A solar clock.
 pub struct SolarClock {
-    p: SolarClockParams,
+    sun: Handle<dyn Sun>,
+    latitude: f64,
+    /// East and north, W.
+    east: Vec3,
+    north: Vec3,
 }
 
 /// Elevation, azimuth and local true solar time of the sun over a site.
@@ -50,17 +57,41 @@ impl Model for SolarClock {
     type Params = SolarClockParams;
     type Ym = SolarClockOut;
     fn build(p: SolarClockParams) -> Result<Self, BuildError> {
-        if p.sun.axes() == Axes::Inertial {
-            let fact =
-                format!("`{}` gives the sun in inertial axes, which have no horizon", p.sun.path());
-            let help = "give it a sun over a site, such as `environment.mars_sun`";
-            return Err(BuildError::new(fact).help(help).at("sun"));
-        }
-        Ok(SolarClock { p })
+        let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("latitude"));
+        let place = p.world.as_ref().map(|w| (w, w.axes().place()));
+        let level = (Vec3::x(), Vec3::y());
+        let (latitude, (east, north)) = match (place, p.latitude) {
+            (Some((_, None)), _) => {
+                let fact = "W is inertial: there is no horizon and no local time";
+                return Err(
+                    BuildError::new(fact).help("write a `site` in `world`, or remove this part")
+                );
+            }
+            (Some((_, Some(_))), Some(_)) => {
+                return wrong("the site of `world` has a latitude", "remove `latitude`");
+            }
+            (Some((world, Some(site))), None) => {
+                let here = world.geographic(0.0, Vec3::zeros());
+                let Some(here) = here else {
+                    return wrong("the site is at the centre of the body", "write another `site`");
+                };
+                let pole = site.from_planet_axes(&Vec3::z());
+                let across = pole.cross(&Vec3::z());
+                let east = if across.norm() > 1e-9 { across.normalize() } else { Vec3::x() };
+                (here.latitude, (east, Vec3::z().cross(&east)))
+            }
+            (None, Some(latitude)) => (latitude, level),
+            (None, None) => {
+                let help = "write `world: (body: .., site: (latitude: .., longitude: ..))` in the simulation, or `latitude`";
+                return wrong("the latitude of the place is not known", help);
+            }
+        };
+        Ok(SolarClock { sun: p.sun, latitude, east, north })
     }
     fn moore(&self, c: &Clock, _: &(), _: &()) -> SolarClockOut {
-        let s = self.p.sun.state(c.t).direction;
-        let (sin, cos) = self.p.latitude.sin_cos();
+        let s = self.sun.state(c.t).direction;
+        let s = Vec3::new(s.dot(&self.east), s.dot(&self.north), s.z);
+        let (sin, cos) = self.latitude.sin_cos();
         let hour = (-s.x).atan2(cos * s.z - sin * s.y);
         SolarClockOut {
             elevation: s.z.clamp(-1.0, 1.0).asin(),
@@ -92,7 +123,7 @@ mod tests {
 
     fn clock(sun: impl Sun + 'static, latitude: f64) -> Result<SolarClock, BuildError> {
         let sun = Handle::new("sun", Arc::new(sun) as Arc<dyn Sun>);
-        SolarClock::build(SolarClockParams { latitude, sun })
+        SolarClock::build(SolarClockParams { latitude: Some(latitude), sun, world: None })
     }
 
     fn read(dec: f64, hours: f64, lat: f64) -> SolarClockOut {
@@ -130,17 +161,29 @@ mod tests {
     }
 
     #[test]
-    fn a_sun_without_a_horizon_is_refused() {
-        struct Inertial;
-        impl Sun for Inertial {
-            fn state(&self, _: f64) -> SunState {
-                SunState { direction: Vec3::x(), distance_au: 1.0 }
-            }
-            fn axes(&self) -> Axes {
-                Axes::Inertial
-            }
-        }
-        let e = clock(Inertial, 0.1).err().unwrap();
-        assert!(e.param.as_deref() == Some("sun") && e.help.is_some(), "{e:?}");
+    fn the_site_of_the_world_counts_and_inertial_axes_are_refused() {
+        use linkwork_runtime::PlainWorld;
+        let sun = || Handle::new("sun", Arc::new(At(0.2, 0.5, 0.4)) as Arc<dyn Sun>);
+        // x 0.7 from east towards north at a latitude of 0.4.
+        let (lat, heading) = (0.4_f64, 0.7_f64);
+        let (east, up) = (Vec3::y(), Vec3::new(lat.cos(), 0.0, lat.sin()));
+        let north = up.cross(&east);
+        let x = east * heading.cos() + north * heading.sin();
+        let axes = linkwork_spatial::Mat3::from_columns(&[x, up.cross(&x), up]);
+        let pose = linkwork_spatial::Pose::new(linkwork_spatial::quat(&axes), up * 6.4e6);
+        let site = Site { pose, rate: 7e-5, start: Quat::identity() };
+        let world = Some(PlainWorld::of_site(4e14, 6.4e6, site).handle());
+        let p = SolarClockParams { latitude: None, sun: sun(), world };
+        let m = SolarClock::build(p.clone()).map_err(|e| e.message).unwrap();
+        assert!((m.latitude - lat).abs() < 1e-12);
+        let turn = Quat::from_scaled_axis(Vec3::z() * -heading);
+        assert!((turn * Vec3::x() - m.east).norm() < 1e-12, "{}", m.east);
+        let twice = SolarClockParams { latitude: Some(0.1), ..p.clone() };
+        assert!(SolarClock::build(twice).err().unwrap().message.contains("has a latitude"));
+        let world = Some(PlainWorld::inertial(4e14, 6.4e6, 7e-5).handle());
+        let e = SolarClock::build(SolarClockParams { world, ..p.clone() }).err().unwrap();
+        assert!(e.message.contains("inertial") && e.help.is_some());
+        let e = SolarClock::build(SolarClockParams { world: None, ..p }).err().unwrap();
+        assert!(e.param.as_deref() == Some("latitude") && e.help.is_some());
     }
 }

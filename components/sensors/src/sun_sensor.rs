@@ -1,7 +1,7 @@
 //! `sensors.sun_sensor`: direction of the sun in the sensor's frame, when it can be seen.
 //!
-//! The boresight is the sensor's z axis. Visible: inside the cone of view, above the horizon, and no terrain on the
-//! ray (marched with growing steps up to `shadow_range`). Noise turns the direction by two small angles.
+//! The boresight is the sensor's z axis. Visible: inside the cone of view, not hidden by the horizon or a body of the world
+//! (see [`Sun::light`]), and no terrain on the ray (marched with growing steps up to `shadow_range`). Noise turns the direction by two small angles.
 
 use linkwork_runtime::prelude::*;
 
@@ -20,9 +20,12 @@ pub struct SunSensorParams {
     /// The sun.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
-    /// The ground that may stand before the sun.
+    /// The ground that may stand before the sun, when there is one.
     #[param(service)]
-    pub terrain: Handle<dyn Terrain>,
+    pub terrain: Option<Handle<dyn Terrain>>,
+    /// The world, for the horizon.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The mount.
@@ -42,7 +45,7 @@ pub struct SunSensorOut {
     /// The sun is seen.
     #[port("1")]
     pub valid: bool,
-    /// Elevation of the sun over the horizontal (true value).
+    /// Elevation of the sun (true value): over z = 0 of a site or level ground, in inertial axes over the plane across the line to the body's centre.
     #[port("rad")]
     pub elevation: f64,
 }
@@ -81,13 +84,20 @@ impl Model for SunSensor {
     type Yd = SunSensorOut;
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &SunSensorIn) -> SunSensorOut {
         let p = &self.p;
-        let sun = p.sun.state(c.t).direction;
+        let light = p.sun.light(c.t, &u.mount.position);
+        let sun = light.direction;
         let seen = u.mount.rotation.inverse() * sun;
-        let elevation = sun.z.clamp(-1.0, 1.0).asin();
+        let up = match p.world.as_ref().map(|w| w.axes()) {
+            Some(Axes::Inertial) => u.mount.position.try_normalize(1e-9).unwrap_or_else(Vec3::z),
+            _ => Vec3::z(),
+        };
+        let elevation = sun.dot(&up).clamp(-1.0, 1.0).asin();
+        let hidden = |ground: &Handle<dyn Terrain>| {
+            p.shadow_range > 0.0 && shaded(&**ground, u.mount.position, sun, p.shadow_range)
+        };
         let valid = seen.z >= p.half_angle.cos()
-            && sun.z > 0.0
-            && !(p.shadow_range > 0.0
-                && shaded(&*p.terrain, u.mount.position, sun, p.shadow_range));
+            && light.visible > 0.0
+            && !p.terrain.as_ref().is_some_and(hidden);
         if !valid {
             return SunSensorOut { direction: Vec3::zeros(), valid, elevation };
         }
@@ -107,6 +117,17 @@ mod tests {
     impl Sun for Still {
         fn state(&self, _: f64) -> SunState {
             SunState { direction: self.0.normalize(), distance_au: 1.5 }
+        }
+        // Over level ground.
+        fn light(&self, _: f64, _: &Vec3) -> Light {
+            Light {
+                direction: self.0.normalize(),
+                distance: 2e11,
+                irradiance: 600.0,
+                visible: if self.0.z > 0.0 { 1.0 } else { 0.0 },
+                penumbra: 1.0,
+                umbra: 1.0,
+            }
         }
     }
 
@@ -135,7 +156,8 @@ mod tests {
                 sigma,
                 shadow_range: 200.0,
                 sun: Handle::new("sun", Arc::new(Still(sun)) as Arc<dyn Sun>),
-                terrain: Handle::new("ground", Arc::new(Wall(soil)) as Arc<dyn Terrain>),
+                terrain: Some(Handle::new("ground", Arc::new(Wall(soil)) as Arc<dyn Terrain>)),
+                world: None,
             },
         }
     }

@@ -176,7 +176,7 @@ pub fn describe(model: &str) -> u8 {
         out.push_str("\nSampled: give the part a `rate`.\n");
     }
     if d.inertial {
-        out.push_str("\nTakes W for inertial axes: refused where W is a site of a planet.\n");
+        out.push_str("\nTakes W for inertial axes: an error where W is a site of a planet.\n");
     }
     match behaviour(model) {
         Ok(text) => out += &text,

@@ -1,9 +1,10 @@
 //! The catalogue: every model and service by name. Explicit; nothing registers itself.
 use crate::block::{Built, Prototype};
 use crate::field::{self, BuiltField, Field};
+use crate::files::Files;
 use crate::model::{BuildError, Description, Functions, Model};
 use crate::params::{Params, ReadCx};
-use crate::services::{Files, Service, ServiceKind, ServiceObject};
+use crate::services::{Service, ServiceKind, ServiceObject};
 use crate::sized::{self, BuiltSized, SizedModel};
 use crate::value::{Fault, Located, remedy};
 use std::collections::BTreeMap;
@@ -213,6 +214,12 @@ impl Entry {
     }
 }
 
+/// Models that were taken out, and what to write instead.
+const GONE: [(&str, &str); 1] = [(
+    "environment.mars_sun",
+    "use `environment.ephemeris_sun`, and write the date and the place in the simulation: world: (body: \"mars\", epoch: .., site: (latitude: .., longitude: ..))",
+)];
+
 /// All models and services that a simulation may name.
 #[derive(Clone, Default)]
 pub struct Catalogue {
@@ -279,8 +286,10 @@ impl Catalogue {
                 return Fault::new(origin, fact).help(help);
             }
             let known: Vec<&str> = self.entries.keys().map(String::as_str).collect();
+            let gone =
+                GONE.iter().find(|(old, _)| *old == name).map(|(_, help)| (*help).to_string());
             Fault::new(origin, format!("`{user}`: there is no model `{name}`"))
-                .help(remedy(name, "models", &known))
+                .help(gone.unwrap_or_else(|| remedy(name, "models", &known)))
         })
     }
 }

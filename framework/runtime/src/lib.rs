@@ -12,6 +12,7 @@ mod checkpoint;
 mod compile;
 mod condition;
 mod field;
+mod files;
 mod identity;
 mod made;
 mod mechanism;
@@ -36,6 +37,7 @@ mod tap;
 mod time;
 mod units;
 mod value;
+mod world;
 
 pub use block::{
     Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
@@ -45,6 +47,7 @@ pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError};
 pub use field::{Field, Seen, Shown, Shows, View};
+pub use files::Files;
 pub use linkwork_multibody::names::{did_you_mean, nearest};
 pub use made::Made;
 pub use mechanism::{
@@ -69,8 +72,9 @@ pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
-    Air, Atmosphere, Files, Gravity, Ground, Handle, Provided, Rock, Service, ServiceKind,
-    ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
+    AU, Air, Atmosphere, Gravity, Ground, Handle, Light, Provided, Rock, SOLAR_CONSTANT,
+    SPEED_OF_LIGHT, Service, ServiceKind, ServiceObject, Services, Soil, Sun, SunState, Surface,
+    Terrain,
 };
 pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};
@@ -86,15 +90,17 @@ pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
+pub use world::{Geographic, PlainWorld, Vertical, World};
 
 /// What a library of models needs in scope.
 pub mod prelude {
     pub use crate::{
         AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
-        Entry, Field, Files, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes,
-        Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock,
-        Scenery, Service, SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun,
-        SunState, Surface, Terrain, Traction, View, Wrench,
+        Entry, Field, Files, Geographic, Gravity, Ground, Handle, HingeAccel, HingeState,
+        HingeTorque, Lanes, Light, Model, NodeAccel, NodeState, Overlay, OverlayTile,
+        OverlayValues, PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site,
+        SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction, Vertical,
+        View, World, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

@@ -1,7 +1,8 @@
 //! Services that several compilations share: simulations that differ in some numbers stand on the same ground.
 use crate::catalogue::Entry;
+use crate::files::Files;
 use crate::params::ReadCx;
-use crate::services::{Files, ServiceObject};
+use crate::services::ServiceObject;
 use crate::spec::PartSpec;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -12,7 +13,7 @@ pub struct Made(Mutex<BTreeMap<String, One>>);
 
 #[derive(Clone)]
 struct One {
-    /// Model, parameters and folders of files.
+    /// Model, parameters, folders of files, and the world.
     asked: String,
     /// The files that it read, and fingerprints of their contents.
     found: BTreeMap<String, u64>,
@@ -31,17 +32,17 @@ impl std::fmt::Debug for Made {
     }
 }
 
-/// The service of a part: that of an earlier compilation, when it was asked for in the same words and its files hold
+/// The service of a part: that of an earlier compilation, when it was asked for in the same words in the same `world` and its files hold
 /// what they held, or else a new one. The files are found again in both cases, so that they are part of the plan's
 /// hash and of what a change is noticed by.
 pub(crate) fn service(
     part: &PartSpec,
     entry: &Entry,
-    files: &Files,
+    (world, files): (&str, &Files),
     cx: &mut ReadCx<'_>,
 ) -> Option<ServiceObject> {
     let Some(made) = &files.made else { return entry.make_service(&part.params, files, cx) };
-    let asked = format!("{} {} {:?}", part.model, part.params.value, files.folders);
+    let asked = format!("{} {} {:?} {world}", part.model, part.params.value, files.folders);
     let was = made.with(|all| all.get(&part.path).filter(|one| one.asked == asked).cloned());
     if let Some(One { found, object, .. }) = was {
         let again = files.apart();

@@ -1,5 +1,6 @@
 //! Parameters: reading them from located values with units, ranges and defaults; showing them back.
-use crate::services::{Files, Handle, Provided, Services};
+use crate::files::Files;
+use crate::services::{Handle, Provided, Services};
 use crate::units::{Unit, split_quantity};
 use crate::value::{Fault, Located, Origin, Value, remedy};
 use linkwork_multibody::names::nearest;
@@ -85,6 +86,23 @@ pub struct ParamSpec {
     pub fields: Vec<ParamSpec>,
     /// A reference to a service.
     pub service: bool,
+}
+
+/// What to write instead of a parameter that many models had before the simulation had a world.
+fn moved(key: &str) -> Option<String> {
+    let field = match key {
+        "planet" => "body: .., epoch: .., site: (..)",
+        "mu" => "body: .., mu: ..",
+        "planet_radius" | "ground_radius" | "radius" => "body: .., radius: ..",
+        "planet_rate" | "rotation" => "body: .., rate: ..",
+        "epoch" => "body: .., epoch: ..",
+        "kernel" => "body: .., epoch: .., kernel: ..",
+        "latitude" | "longitude" => "body: .., site: (latitude: .., longitude: ..)",
+        _ => return None,
+    };
+    Some(format!(
+        "it is stated once, for the whole simulation: write `world: ({field})` beside `parts`"
+    ))
 }
 
 /// A struct of parameters (derive it).
@@ -200,7 +218,8 @@ impl<'a> ReadCx<'a> {
         for (k, (key, v)) in entries.iter().enumerate() {
             if !names.contains(&key.as_str()) {
                 let message = format!("`{}` has no parameter `{key}`", self.path);
-                self.fault(v.origin, message, Some(remedy(key, "parameters", &names)));
+                let help = moved(key).unwrap_or_else(|| remedy(key, "parameters", &names));
+                self.fault(v.origin, message, Some(help));
                 let meant = nearest(key, names.iter().copied());
                 self.meant.extend(meant.map(|m| (map.origin, m.to_string())));
                 ok = false;

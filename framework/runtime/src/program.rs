@@ -2,10 +2,11 @@
 //! All are compiled before the first step, so that a mistake in the last is found at load.
 use crate::catalogue::Catalogue;
 use crate::compile::{WhenSpec, Within, common_tick, compile_phase};
+use crate::files::Files;
 use crate::identity::Identity;
 use crate::noise;
 use crate::plan::{Fires, Place, Plan, Variable};
-use crate::services::Files;
+use crate::services::ServiceKind;
 use crate::spec::Spec;
 use crate::step::Route;
 use crate::time::Seconds;
@@ -145,6 +146,7 @@ pub fn compile_program(
 ) -> Result<Program, Faults> {
     let names: Vec<&str> = phases.iter().map(|p| p.name.as_str()).collect();
     let mut faults = check(phases, &names);
+    faults.extend(another_world(phases, catalogue));
     let ticks: Vec<Seconds> = phases.iter().filter_map(|p| common_tick(&p.spec)).collect();
     let tick = match &ticks[..] {
         [first, rest @ ..] if !rest.is_empty() => rest.iter().try_fold(*first, |a, b| a.common(*b)),
@@ -178,6 +180,32 @@ pub fn compile_program(
         return Err(Faults(faults));
     }
     Ok(Program::new(compiled))
+}
+
+/// The phases whose world is not that of the first: time, places and axes go on from phase to phase.
+fn another_world(phases: &[PhaseSpec], catalogue: &Catalogue) -> Vec<Fault> {
+    let is_world = |model: &str| {
+        let entry = catalogue.get(model);
+        entry.is_some_and(|e| e.service_kind() == Some(ServiceKind::World))
+    };
+    let world = |phase: &PhaseSpec| {
+        let part = phase.spec.parts.iter().find(|p| is_world(&p.model))?;
+        Some((format!("{}", part.params.value), part.origin))
+    };
+    let Some(first) = phases.first() else { return Vec::new() };
+    let stated = world(first);
+    let of_first =
+        |w: &Option<(String, Origin)>| w.as_ref().map(|w| &w.0) == stated.as_ref().map(|w| &w.0);
+    let others = phases.iter().filter(|phase| !of_first(&world(phase)));
+    let wrong = others.map(|phase| {
+        let fact = format!(
+            "phase `{}` has another `world` than phase `{}`, and a world cannot change during a run",
+            phase.name, first.name
+        );
+        let origin = world(phase).map_or(phase.origin, |w| w.1);
+        Fault::new(origin, fact).help("state `world` once, outside the phases")
+    });
+    wrong.collect()
 }
 
 /// Parts that would go from phase to phase, and have a store that cannot.

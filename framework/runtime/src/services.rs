@@ -1,16 +1,16 @@
-//! Services: shared read-only worlds (terrain, gravity, atmosphere, sun) that models ask at points.
+//! Services: shared read-only surroundings (terrain, gravity, atmosphere, sun, and the world that they belong to) that models ask at points.
 //!
 //! W is the simulation's frame: inertial, or a [`Site`]: then z is up, x east, y north.
-use crate::made::Made;
+use crate::files::Files;
 use crate::params::Params;
 use crate::scenery::Scenery;
 use crate::site::{Axes, Site};
 use crate::value::remedy;
+use crate::world::World;
 use linkwork_collision::relief::{GridFault, Lattice, Relief};
-use linkwork_spatial::{Mat3, Quat, Vec3};
+use linkwork_spatial::{Mat3, Vec3};
 use std::collections::BTreeMap;
 use std::ops::Deref;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The ground under a point.
@@ -172,14 +172,6 @@ pub trait Gravity: Send + Sync {
     fn gradient(&self, _t: f64, _p: Vec3) -> Option<Mat3> {
         None
     }
-    /// `R_WP` at t (s): the axes of the planet that has this field, in W. `None`: it has none that are known.
-    fn planet_axes(&self, _t: f64) -> Option<Quat> {
-        self.site().map(|s| s.pose.rotation.inverse())
-    }
-    /// The date of t = 0, as written, where its planet has one.
-    fn epoch(&self) -> Option<&str> {
-        None
-    }
     /// The field, when it is the same everywhere and always.
     fn uniform(&self) -> Option<Vec3> {
         None
@@ -248,13 +240,9 @@ pub trait Atmosphere: Send + Sync {
     fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
-    /// What it takes W for.
-    fn axes(&self) -> Axes {
-        Axes::Any
-    }
-    /// The site that W is, when it turns with a planet.
-    fn site(&self) -> Option<Site> {
-        self.axes().site()
+    /// Constant k (kg^½/m) of Sutton and Graves for its gas: q = k √(ρ/r_n) V³; `None` where it is not known.
+    fn heating_constant(&self) -> Option<f64> {
+        None
     }
 }
 
@@ -267,22 +255,62 @@ pub struct SunState {
     pub distance_au: f64,
 }
 
+/// Sunlight at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Unit vector from the point to the middle of the Sun, W.
+    pub direction: Vec3,
+    /// Distance to the Sun (m).
+    pub distance: f64,
+    /// Power through an area that faces the Sun (W/m²), without shadow and air.
+    pub irradiance: f64,
+    /// Share of the Sun's disc that no body of the world and no horizon hides: 1 in the light, 0 in the umbra.
+    pub visible: f64,
+    /// Angle (rad) to the nearest outer edge of a penumbra: above zero in full light. It changes its sign where a body or the horizon begins to
+    /// hide the Sun.
+    pub penumbra: f64,
+    /// Angle (rad) to the nearest edge of an umbra or antumbra: below zero inside.
+    pub umbra: f64,
+}
+
+impl Light {
+    /// Pressure on what absorbs the light (N/m²): E/c, without shadow.
+    #[must_use]
+    pub fn pressure(&self) -> f64 {
+        self.irradiance / SPEED_OF_LIGHT
+    }
+}
+
+/// Speed of light (m/s, exact).
+pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+/// Astronomical unit (m, exact).
+pub const AU: f64 = 149_597_870_700.0;
+/// Power of sunlight at 1 AU (W/m²), nominal total solar irradiance of the IAU (2015, resolution B3).
+pub const SOLAR_CONSTANT: f64 = 1361.0;
+
 /// The sun.
 pub trait Sun: Send + Sync {
-    /// Direction and distance at simulated time t (s).
+    /// Direction and distance at simulated time t (s), from the centre of the world's body; without one from the origin of W.
     fn state(&self, t: f64) -> SunState;
+    /// The light at p (m, W) and t (s): what solar panels, sun sensors, radiation pressure, cameras and thermal nodes have in common. As
+    /// it stands: parallel light that nothing hides.
+    fn light(&self, t: f64, _p: &Vec3) -> Light {
+        let SunState { direction, distance_au } = self.state(t);
+        let irradiance = SOLAR_CONSTANT / (distance_au * distance_au);
+        let edge = std::f64::consts::PI;
+        Light {
+            direction,
+            distance: distance_au * AU,
+            irradiance,
+            visible: 1.0,
+            penumbra: edge,
+            umbra: edge,
+        }
+    }
     /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
     /// row before, with numbers that hold.
     fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
         None
-    }
-    /// What it takes W for.
-    fn axes(&self) -> Axes {
-        Axes::Any
-    }
-    /// The site that W is, when it turns with a planet.
-    fn site(&self) -> Option<Site> {
-        self.axes().site()
     }
 }
 
@@ -297,6 +325,8 @@ pub enum ServiceKind {
     Atmosphere,
     /// [`Sun`].
     Sun,
+    /// [`World`].
+    World,
 }
 
 impl ServiceKind {
@@ -307,6 +337,7 @@ impl ServiceKind {
             ServiceKind::Gravity => "gravity",
             ServiceKind::Atmosphere => "atmosphere",
             ServiceKind::Sun => "sun",
+            ServiceKind::World => "world",
         }
     }
 }
@@ -322,6 +353,8 @@ pub enum ServiceObject {
     Atmosphere(Arc<dyn Atmosphere>),
     /// Sun.
     Sun(Arc<dyn Sun>),
+    /// World.
+    World(Arc<dyn World>),
 }
 
 impl ServiceObject {
@@ -332,6 +365,7 @@ impl ServiceObject {
             ServiceObject::Gravity(_) => ServiceKind::Gravity,
             ServiceObject::Atmosphere(_) => ServiceKind::Atmosphere,
             ServiceObject::Sun(_) => ServiceKind::Sun,
+            ServiceObject::World(_) => ServiceKind::World,
         }
     }
 
@@ -340,7 +374,7 @@ impl ServiceObject {
         match self {
             ServiceObject::Atmosphere(o) => o.beyond(t, p),
             ServiceObject::Terrain(o) => o.beyond(p),
-            ServiceObject::Gravity(_) | ServiceObject::Sun(_) => None,
+            ServiceObject::Gravity(_) | ServiceObject::Sun(_) | ServiceObject::World(_) => None,
         }
     }
 
@@ -351,6 +385,7 @@ impl ServiceObject {
             ServiceObject::Gravity(o) => o.trouble(t),
             ServiceObject::Atmosphere(o) => o.trouble(t),
             ServiceObject::Sun(o) => o.trouble(t),
+            ServiceObject::World(o) => o.trouble(t),
         }
     }
 }
@@ -371,148 +406,6 @@ pub trait Service: Sized + Send + Sync + 'static {
     fn object(self) -> ServiceObject;
 }
 
-/// Finds the files that a configuration names.
-#[derive(Clone, Debug, Default)]
-pub struct Files {
-    /// Folders tried in turn.
-    pub folders: Vec<PathBuf>,
-    /// What was found: name and fingerprint of the content, shared by copies.
-    pub(crate) found: Arc<std::sync::Mutex<BTreeMap<String, u64>>>,
-    /// Services of earlier compilations, which this one may share.
-    pub(crate) made: Option<Arc<Made>>,
-    /// Texts that a program carries with it, by name: for what no folder has.
-    embedded: Arc<BTreeMap<String, String>>,
-}
-
-impl Files {
-    /// Looked for in these folders, in turn.
-    pub fn of(folders: Vec<PathBuf>) -> Files {
-        Files { folders, ..Files::default() }
-    }
-
-    /// With texts that the program carries with it, for names that no folder has.
-    #[must_use]
-    pub fn with(self, embedded: Arc<BTreeMap<String, String>>) -> Files {
-        Files { embedded, ..self }
-    }
-
-    /// With services that compilations share which are given the same `made`.
-    #[must_use]
-    pub fn sharing(self, made: Arc<Made>) -> Files {
-        Files { made: Some(made), ..self }
-    }
-
-    /// The same folders, with a list of its own of what was found.
-    pub(crate) fn apart(&self) -> Files {
-        Files { found: Arc::default(), ..self.clone() }
-    }
-
-    /// These were found, too.
-    pub(crate) fn add(&self, prints: BTreeMap<String, u64>) {
-        if let Ok(mut found) = self.found.lock() {
-            found.extend(prints);
-        }
-    }
-
-    /// Names of the files whose content is part of the plan's hash.
-    pub fn names(&self) -> Vec<String> {
-        self.found.lock().map(|found| found.keys().cloned().collect()).unwrap_or_default()
-    }
-
-    /// Fingerprints of the contents of those files, by name.
-    pub fn prints(&self) -> BTreeMap<String, u64> {
-        self.found.lock().map(|found| found.clone()).unwrap_or_default()
-    }
-
-    /// The same, with `folder` tried first.
-    #[must_use]
-    pub fn first(&self, folder: Option<&Path>) -> Files {
-        let mut files = self.clone();
-        files.folders.splice(0..0, folder.map(Path::to_path_buf));
-        files
-    }
-
-    /// The first existing match, whose content becomes part of the plan's hash; the error lists the
-    /// folders tried.
-    pub fn resolve(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
-        let path = self.find(name)?;
-        // A device or a pipe may never end.
-        if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
-            let fact = format!("`{name}` is neither a file nor a folder");
-            return Err(crate::BuildError::new(fact).help("name a regular file"));
-        }
-        if let (Ok(print), Ok(mut found)) = (fingerprint(&path), self.found.lock()) {
-            found.insert(name.to_string(), print);
-        }
-        Ok(path)
-    }
-
-    /// The text of that name: of the first existing file, which then is part of the plan's hash, else one that the program
-    /// carries with it.
-    ///
-    /// # Errors
-    /// No such file (the folders that were tried), none that can be read as text.
-    pub fn text(&self, name: &str) -> Result<String, crate::BuildError> {
-        let path = match (self.resolve(name), self.embedded.get(name)) {
-            (Ok(path), _) => path,
-            (Err(_), Some(text)) => return Ok(text.clone()),
-            (Err(e), None) => return Err(e),
-        };
-        // A device or a pipe may never end.
-        if path.metadata().is_ok_and(|m| !m.is_file()) {
-            return Err(crate::BuildError::new(format!("`{name}` is no file")));
-        }
-        let fault = |e| crate::BuildError::new(format!("the file `{name}` cannot be read: {e}"));
-        std::fs::read_to_string(path).map_err(fault)
-    }
-
-    /// The first existing match, only to be looked at; the error lists the folders tried.
-    pub fn find(&self, name: &str) -> Result<PathBuf, crate::BuildError> {
-        let absolute = Path::new(name).is_absolute() && Path::new(name).exists();
-        let path = match absolute {
-            true => Some(PathBuf::from(name)),
-            false => self.folders.iter().map(|f| f.join(name)).find(|p| p.exists()),
-        };
-        if let Some(path) = path {
-            return Ok(path);
-        }
-        let tried: Vec<String> = self.folders.iter().map(|f| f.display().to_string()).collect();
-        Err(crate::BuildError::new(format!("there is no file `{name}`"))
-            .help(format!("folders tried: {}", tried.join(", "))))
-    }
-}
-
-/// Bytes above which a file is known by samples of it.
-const WHOLE: u64 = 64 << 20;
-
-/// Bytes at the head of a large file that are known as a whole: formats that are read in pieces keep the checksums of their
-/// pieces there.
-const HEAD: u64 = 4 << 20;
-
-/// Hash of a file's length and content; of large files the head, and 64 pieces, evenly spread.
-fn fingerprint(path: &Path) -> std::io::Result<u64> {
-    use std::io::{Read, Seek, SeekFrom};
-    // Asked before it is opened: opening a pipe waits for who writes into it.
-    if !path.metadata()?.is_file() {
-        return Ok(0);
-    }
-    let mut file = std::fs::File::open(path)?;
-    let length = file.metadata()?.len();
-    let mut bytes = length.to_le_bytes().to_vec();
-    if length <= WHOLE {
-        file.read_to_end(&mut bytes)?;
-    } else {
-        (&mut file).take(HEAD).read_to_end(&mut bytes)?;
-        let mut piece = vec![0; 1 << 16];
-        for k in 0..64 {
-            file.seek(SeekFrom::Start((length - piece.len() as u64) / 63 * k))?;
-            file.read_exact(&mut piece)?;
-            bytes.extend_from_slice(&piece);
-        }
-    }
-    Ok(crate::noise::hash(bytes))
-}
-
 /// A trait that services provide.
 pub trait Provided: Send + Sync {
     /// Which one.
@@ -531,7 +424,7 @@ macro_rules! provided {
         }
     )*};
 }
-provided!(Terrain, Gravity, Atmosphere, Sun);
+provided!(Terrain, Gravity, Atmosphere, Sun, World);
 
 /// A bound service: dereferences to the trait.
 pub struct Handle<T: ?Sized> {
@@ -652,6 +545,10 @@ impl Services {
                 match nearest.as_slice() {
                     [(p, o)] => Ok(Handle::new(p, o.clone())),
                     _ if refused.next().is_some() => Err(None),
+                    [] if T::KIND == ServiceKind::World => Err(Some((
+                        "needs to know the body around which this is, and the simulation has no `world`".into(),
+                        "write `world: (body: \"mars\")` in the simulation: earth, mars, moon or other; with `site` where W stands on the ground".into(),
+                    ))),
                     [] => Err(Some((
                         format!("needs a {kind} service and there is none"),
                         format!("add a part that provides {kind}"),

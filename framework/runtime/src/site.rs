@@ -12,7 +12,7 @@
 //!
 //! [`Gravity::site`]: crate::Gravity::site
 use crate::ports::NodeState;
-use crate::services::{ServiceObject, Services};
+use crate::services::ServiceObject;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 /// Where W is on its planet, and how fast that turns.
@@ -87,6 +87,8 @@ pub enum Axes {
     Inertial,
     /// A site that turns with its planet.
     Site(Site),
+    /// A place on a planet whose rotation is left out of the dynamics: level ground, z up.
+    Level(Site),
 }
 
 impl Axes {
@@ -96,10 +98,16 @@ impl Axes {
         site.map_or(Axes::Inertial, Axes::Site)
     }
 
-    /// The site.
+    /// The site, where W turns with it.
     #[must_use]
     pub fn site(self) -> Option<Site> {
         if let Axes::Site(s) = self { Some(s) } else { None }
+    }
+
+    /// The place of W on a planet, whether or not its rotation acts in the dynamics.
+    #[must_use]
+    pub fn place(self) -> Option<Site> {
+        if let Axes::Site(s) | Axes::Level(s) = self { Some(s) } else { None }
     }
 }
 
@@ -108,46 +116,10 @@ impl ServiceObject {
     pub fn axes(&self) -> Axes {
         match self {
             ServiceObject::Gravity(g) => g.axes(),
-            ServiceObject::Atmosphere(a) => a.axes(),
-            ServiceObject::Sun(s) => s.axes(),
-            ServiceObject::Terrain(_) => Axes::Any,
+            ServiceObject::World(w) => w.axes(),
+            ServiceObject::Atmosphere(_) | ServiceObject::Sun(_) | ServiceObject::Terrain(_) => {
+                Axes::Any
+            }
         }
-    }
-}
-
-impl Services {
-    /// Path of a service that takes W for a site.
-    pub(crate) fn in_a_site(&self) -> Option<String> {
-        let mut found = self.iter().filter(|(_, o)| o.axes().site().is_some());
-        found.next().map(|(path, _)| path.to_string())
-    }
-
-    /// Where one takes W for a site: path, fact and remedy for each that takes it for something else, and for
-    /// gravity and air that do not care: they bring none of the forces of axes that turn, and know no centre.
-    pub(crate) fn at_odds(&self) -> Vec<(String, String, String)> {
-        let Some((first, site)) = self.iter().find_map(|(p, o)| Some((p, o.axes().site()?))) else {
-            return Vec::new();
-        };
-        let help = "give all services the same `planet`, by one parameter of the file";
-        let wrong = |path: &str, o: &ServiceObject| {
-            let takes = match (o.axes(), o) {
-                (Axes::Site(s), _) if s != site => "another site",
-                (Axes::Inertial, _) => "inertial axes at the planet's centre",
-                (Axes::Any, ServiceObject::Gravity(_)) => "axes that do not turn",
-                (Axes::Any, ServiceObject::Atmosphere(_)) => "level ground without a planet",
-                _ => return None,
-            };
-            let fact =
-                format!("takes W for {takes}, and `{first}` for a site of a planet that turns");
-            Some((path.to_string(), fact, help.to_string()))
-        };
-        let mut all: Vec<_> = self.iter().filter_map(|(path, o)| wrong(path, o)).collect();
-        // What turns acts through gravity.
-        if !self.iter().any(|(_, o)| matches!(o, ServiceObject::Gravity(_))) {
-            let fact = "takes W for a site of a planet that turns, and there is no gravity with the forces of it";
-            let help = "add a service of gravity with the same `planet`";
-            all.push((first.to_string(), fact.to_string(), help.to_string()));
-        }
-        all
     }
 }

@@ -89,6 +89,44 @@ fn us76_is_hydrostatic() {
     }
 }
 
+/// Hot and cold days: the temperature is that of the standard and the offset, the pressure that of a polytropic layer
+/// (p₀ (T₀/(T₀ + L H))^(g₀M₀/(R*L))), in balance and without steps as far as 1000 km.
+#[test]
+fn us76_of_a_hot_day_is_hydrostatic() {
+    let standard = Us76::new();
+    for offset in [20.0, -35.0] {
+        let air = Us76::with_offset(offset);
+        assert_eq!(air.at(0.0).pressure, 101_325.0);
+        let t0 = 288.15 + offset;
+        let H = geopotential_altitude(8000.0);
+        let want =
+            101_325.0 * (t0 / (t0 - 6.5e-3 * H)).powf(9.80665 * 28.9644 / (8314.32 * -6.5e-3));
+        relative(air.at(8000.0).pressure, want, 1e-13, "p at 8 km");
+        for k in 0..172 {
+            let z = 500.0 * f64::from(k);
+            let more = air.at(z).temperature - standard.at(z).temperature;
+            if geopotential_altitude(z) < 71e3 {
+                near(more, offset, 1e-10, "T");
+            } else {
+                assert!(more / offset > 0.0 && more / offset < 1.0, "{z}: {more}");
+            }
+            let g = 9.80665 * (6356766.0 / (6356766.0 + z)).powi(2);
+            let slope = (air.at(z + 20.0).pressure - air.at(z - 20.0).pressure) / 40.0;
+            if z < 85.9e3 {
+                relative(slope, -air.at(z).density * g, 3e-4, &format!("dp/dz at {z}"));
+            }
+        }
+        for seam in [11019.0, 20063.0, 86e3, 87e3] {
+            let (below, above) = (air.at(seam - 0.05), air.at(seam + 0.05));
+            relative(below.density, above.density, 4e-5, &format!("ρ at {seam}"));
+            relative(below.pressure, above.pressure, 4e-5, &format!("p at {seam}"));
+        }
+        let factor = air.at(86e3).density / standard.at(86e3).density;
+        assert!((factor > 1.0) == (offset > 0.0), "{factor}");
+        relative(air.at(4e5).density, factor * standard.at(4e5).density, 1e-14, "above");
+    }
+}
+
 #[test]
 fn us76_has_no_steps() {
     let air = Us76::new();

@@ -249,6 +249,22 @@ fn wrong_lists_are_refused() {
     assert!(metres.contains("larger than Jupiter's") && metres.contains("Basilisk"), "{metres}");
 }
 
+/// What is zero may be left out: a field with zonal terms alone has order 0. A cut list is refused all the same.
+#[test]
+fn icgem_files_may_have_zonal_terms_alone() {
+    let head = "earth_gravity_constant 4.0e14\nradius 6.4e6\nmax_degree 4\nend_of_head\n";
+    let zonal = format!("{head}gfc 2 0 -4.8e-4 0\ngfc 3 0 9.6e-7 0\ngfc 4 0 5.4e-7 0\n");
+    for keep in [Keep::All, Keep::Degree(4)] {
+        let field = read(Format::Icgem, "z", &zonal, keep).unwrap();
+        assert_eq!((field.degree(), field.order(), field.get(4, 0)), (4, 0, (5.4e-7, 0.0)));
+    }
+    let cut =
+        format!("{head}gfc 2 0 -4.8e-4 0\ngfc 3 0 9.6e-7 0\ngfc 3 1 2e-6 2e-7\ngfc 4 0 5.4e-7 0\n");
+    assert!(fault(Format::Icgem, &cut).contains("degree 4, the last, has 1 of its 2 orders"));
+    let shorter = format!("{head}gfc 2 0 -4.8e-4 0\ngfc 3 0 9.6e-7 0\n");
+    assert!(fault(Format::Icgem, &shorter).contains("degree 4, the last, has 0 of its 1 orders"));
+}
+
 #[test]
 fn wrong_icgem_files_are_refused() {
     let head = "earth_gravity_constant 4.0e14\nradius 6.4e6\nmax_degree 2\nend_of_head\n";

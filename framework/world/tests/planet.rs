@@ -324,6 +324,29 @@ fn a_leap_second_is_a_second() {
     );
 }
 
+/// IERS Bulletin C 52: 2016-12-31 23:59:60 UTC is the second between 23:59:59 and midnight.
+#[test]
+fn a_leap_second_can_be_written() {
+    let at = |text: &str| Epoch::parse(text).unwrap();
+    let midnight = at("2017-01-01 00:00:00 UTC");
+    for text in ["2016-12-31 23:59:60 UTC", "2016-12-31T23:59:60", "2017-01-01 00:00:36 TAI"] {
+        assert_eq!(midnight.since(&at(text)), 1.0, "{text}");
+        assert_eq!(at(text).tt_minus_utc(), 68.184, "{text}");
+    }
+    assert_eq!(midnight.since(&at("2016-12-31 23:59:60.25 UTC")), 0.75);
+    assert_eq!(midnight.since(&Epoch::utc(2016, 12, 31, 23, 59, 60.25).unwrap()), 0.75);
+    for text in [
+        "2016-12-30 23:59:60 UTC",
+        "2016-12-31 22:59:60 UTC",
+        "2016-12-31 23:59:60 TT",
+        "2023-12-31 23:59:60 UTC",
+    ] {
+        let message = Epoch::parse(text).unwrap_err().to_string();
+        assert!(message.contains(text) && message.contains("leap second"), "{message}");
+    }
+    assert!(Epoch::utc(2023, 12, 31, 23, 59, 60.0).is_err());
+}
+
 #[test]
 fn tables_of_the_earths_orientation_are_read() {
     let table = EarthOrientation::read("finals2000A.all", FINALS).unwrap();

@@ -95,6 +95,46 @@ fn far_away_it_is_a_point_at_the_centroid() {
     assert!(d < 1e-4 && d > 1e-6, "the rest is of second order: {d:e}");
 }
 
+/// A cube far away is a point to (size/distance)⁴ (its moments of degree 2 and 3 pull as those of a sphere), and a tetrahedron is not: its closed form
+/// and its series agree where one takes over from the other, and the series has the derivatives that it says it has.
+#[test]
+fn far_away_moments_take_the_place_of_the_closed_form() {
+    let cube = from_obj("cube.obj", CUBE, 1.0, 1.0).unwrap();
+    let along = Vec3::new(1.0, 2.0, 3.0).normalize();
+    for d in [1e3, 1e4, 1e5, 1e6, 1e9] {
+        let g = cube.gravity(&(along * d));
+        near3(&(g.acceleration * d * d), &-along, 1e-12, "a d²");
+        relative(g.potential, 1.0 / d, 1e-12, "V");
+        near(g.gradient.trace() * d * d * d, 0.0, 1e-14, "∇²V");
+    }
+    let body = tetrahedron();
+    let size = body.vertices().iter().map(|v| (v - body.centroid()).norm()).fold(0.0, f64::max);
+    for along in [Vec3::new(1.0, 2.0, 3.0), Vec3::new(-3.0, 1.0, 0.5), Vec3::new(0.0, -1.0, 2.0)] {
+        let at = |k: f64| body.centroid() + along.normalize() * (k * size);
+        let (near_by, far) = (body.gravity(&at(149.999_999)), body.gravity(&at(150.000_001)));
+        // What changes on the way is taken off.
+        let step = near_by.gradient * (at(150.000_001) - at(149.999_999));
+        let change = far.acceleration - near_by.acceleration - step;
+        let (a, H) = (far.acceleration.norm(), far.gradient.norm());
+        assert!(change.norm() < 2e-9 * a, "{:e}", change.norm() / a);
+        near33(&far.gradient, &near_by.gradient, 1e-7 * H, "∂a/∂x");
+        // Nearer both hold to their size over the distance to the fourth; a point would be 1e-4 off.
+        let p = at(200.0);
+        let g = body.gravity(&p);
+        let slopes = gradient(|p| body.gravity(p).potential, &p, 1.0);
+        near3(&g.acceleration, &slopes, 1e-8 * g.acceleration.norm(), "a = ∂V/∂x");
+        near33(
+            &g.gradient,
+            &slope(|p| body.gravity(p).acceleration, &p, 1.0),
+            1e-7 * g.gradient.norm(),
+            "H",
+        );
+        let point = point_mass(body.mu(), &(p - body.centroid()));
+        let beyond = (g.acceleration - point).norm() / point.norm();
+        assert!(beyond > 1e-7 && beyond < 1e-4, "{beyond:e}");
+    }
+}
+
 #[test]
 fn edges_and_corners_have_finite_accelerations() {
     let t = tetrahedron();

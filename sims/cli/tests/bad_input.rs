@@ -461,7 +461,7 @@ const CART: &str = r#"Simulation(
         "right": (parent: "cart", at: (position: [0, -4.5, 0]), hinge: Pin([0, 1, 0]), mass: 5, inertia: Cylinder(radius: 0.25, length: 0.1, axis: [0, 1, 0])),
     },
     parts: {
-        "Gravity": (model: "environment.uniform_gravity"),
+        "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -3.72076] }),
         "Ground": (model: "environment.height_field", params: { "file": "dem.tif" }),
     },
     until: "0.1 s",

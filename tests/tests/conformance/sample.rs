@@ -62,6 +62,13 @@ fn written(model: &str, param: &str) -> Option<Value> {
             Some(Value::List(vec![place(9.0, 0.1), place(2.0, 0.0)]))
         }
         ("flight.entry_guidance", "ballistic") => Some(Value::Number(137.0)),
+        ("flight.entry_guidance", "density") => Some(Value::Number(0.0158)),
+        ("flight.entry_guidance", "scale_height") => Some(Value::Number(9354.0)),
+        ("flight.entry_guidance", "lift_to_drag") => Some(Value::Number(0.24)),
+        ("flight.entry_guidance", "start_height") => Some(Value::Number(80_000.0)),
+        ("flight.entry_guidance", "start_speed") => Some(Value::Number(5845.0)),
+        ("flight.entry_guidance", "start_angle") => Some(Value::Number(-0.26)),
+        ("flight.entry_guidance", "end_speed") => Some(Value::Number(450.0)),
         ("flight.hazard_map", "spacing") => Some(Value::Number(0.1)),
         ("flight.convex_descent", "times") => Some(list(&[30.0, 90.0])),
         ("flight.line_twist", "length") => Some(Value::Number(5.0)),
@@ -104,7 +111,6 @@ fn written(model: &str, param: &str) -> Option<Value> {
             Some(Value::List(feet.map(|f| Value::Text(f.into()).into()).to_vec()))
         }
         ("manipulation.arm_controller", "tip") => Some(Value::Text("tool".into())),
-        ("environment.mars_sun", "epoch") => Some(Value::Text("2012-08-06T05:17:57Z".into())),
         _ => None,
     }
 }
@@ -171,11 +177,6 @@ pub fn params(entry: &Entry) -> Value {
             *value = better.into();
         }
     }
-    // Optional only where gravity knows a site.
-    if d.name == "flight.entry_guidance" {
-        let target = [0.3, -0.8, 0.4].map(|x| Value::Number(x).into());
-        entries.push(("target".into(), Value::List(target.to_vec()).into()));
-    }
     // Either `panels` or `mesh`.
     if matches!(&*d.name, "flight.panel_aerodynamics" | "flight.panel_radiation_pressure") {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -183,11 +184,6 @@ pub fn params(entry: &Entry) -> Value {
         let word = |key: &str, text: &str| entry(key, Value::Text(text.into()));
         let file = Value::Map(vec![word("name", "corner.obj"), word("text", text)]);
         entries.push(("mesh".into(), Value::Map(vec![entry("file", file)]).into()));
-    }
-    // Needed by its `degree`.
-    if d.name == "flight.magnetic_field" {
-        let date = Value::Text("2025-01-01 00:00:00 UTC".into());
-        entries.push(("epoch".into(), date.into()));
     }
     Value::Map(entries)
 }

@@ -1,4 +1,5 @@
-//! Small services for models that ask: level soil, uniform gravity, thin air, a still sun.
+//! Small services for models that ask: level soil, uniform gravity, thin air, a still sun, a place on a small Earth.
+use linkwork_environment::world::{Centre, PlanetWorld, SiteParams, WorldParams};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{ServiceObject, Services};
 use std::sync::Arc;
@@ -42,6 +43,9 @@ impl Atmosphere for Thin {
             wind: Vec3::new(3.0, -1.0, 0.2),
         }
     }
+    fn heating_constant(&self) -> Option<f64> {
+        Some(1.9e-4)
+    }
 }
 
 struct Still;
@@ -67,7 +71,19 @@ pub fn services() -> Services {
         density: 1500.0,
         friction: 0.6,
     };
+    // As large and as heavy as Mars.
+    let here =
+        SiteParams { latitude: 0.3, longitude: -0.8, height: 0.0, heading: 0.2, turning: true };
+    let world = WorldParams {
+        mu: Some(4.2828e13),
+        radius: Some(3_396_190.0),
+        epoch: Some("2025-01-01 00:00:00 UTC".into()),
+        site: Some(here),
+        ..WorldParams::of(Centre::Earth)
+    };
+    let world = PlanetWorld::handle(world, &Files::default()).map_err(|e| e.message).unwrap();
     let mut all = Services::default();
+    all.add("world", ServiceObject::World(world.object().clone()));
     all.add("world.ground", ServiceObject::Terrain(Arc::new(Level(soil))));
     all.add("world.gravity", ServiceObject::Gravity(Arc::new(Pull)));
     all.add("world.air", ServiceObject::Atmosphere(Arc::new(Thin)));

@@ -1,6 +1,6 @@
 //! Launch to orbit: two stages beside a trajectory that an independent program computed (DOP853, relative 1e-12).
-use linkwork_environment::planet::{Planet, PlanetParams};
 use linkwork_environment::planet_air::{StandardAtmosphere, Us76Params};
+use linkwork_environment::world::PlanetWorld;
 use linkwork_runtime::Files;
 use linkwork_runtime::prelude::*;
 use serde_json::Value;
@@ -11,7 +11,7 @@ use common::{Worst, get, num, reference, row, rows, seconds, vec3, velocity};
 /// The air of the file: the standard to 86 km, from there an exponential with the speed of sound of 86 km.
 struct CutStandard {
     standard: StandardAtmosphere,
-    planet: Planet,
+    world: PlanetWorld,
     top: linkwork_world::atmosphere::Air,
 }
 
@@ -20,7 +20,7 @@ const TOP: f64 = 86_000.0;
 impl Atmosphere for CutStandard {
     fn air(&self, t: f64, p: Vec3) -> Air {
         let below = self.standard.air(t, p);
-        let height = self.planet.place(t, p).1.map_or(f64::NAN, |g| g.altitude);
+        let height = self.world.planet.place(t, p).1.map_or(f64::NAN, |g| g.altitude);
         if height < TOP {
             return below;
         }
@@ -33,9 +33,6 @@ impl Atmosphere for CutStandard {
             wind: below.wind,
         }
     }
-    fn axes(&self) -> Axes {
-        self.standard.axes()
-    }
 }
 
 /// US76 to 86 km and an exponential above, as the reference has it.
@@ -43,10 +40,9 @@ impl Atmosphere for CutStandard {
 impl Service for CutStandard {
     type Params = Us76Params;
     fn build(p: Us76Params, files: &Files) -> Result<Self, BuildError> {
-        let planet: PlanetParams = p.planet.clone();
         let top = linkwork_world::atmosphere::Us76::new().at(TOP - 1e-6);
         Ok(CutStandard {
-            planet: planet.planet(files)?,
+            world: PlanetWorld::of(&p.world)?,
             standard: StandardAtmosphere::build(p, files)?,
             top,
         })
@@ -115,15 +111,15 @@ fn flight(all: &Value, air: &str) -> String {
     let looks = looks.join(", ");
     format!(
         r#"Simulation(
-        params: {{ "planet": (default: (body: "earth", turns: "fixed", rate: {:?}, radius: {:?}, flattening: {:?},
-            site: (latitude: "{:?} deg", longitude: "{:?} deg", height: {:?}))) }},
+        world: (body: "earth", turns: "fixed", rate: {:?}, radius: {:?}, flattening: {:?},
+            site: (latitude: "{:?} deg", longitude: "{:?} deg", height: {:?}), mu: {:?}),
         bodies: {{
             "vehicle": (parent: "world", hinge: Free, mass: {dry:?}, inertia: [1e5, 1e5, 1e4]),
             "booster": (parent: "vehicle", mass: {booster:?}, inertia: [1e5, 1e5, 1e4]),
         }},
         parts: {{
-            "Gravity": (model: "environment.zonal_gravity", params: {{ "mu": {:?}, "radius": {:?}, "j2": {:?}, "planet": "$planet" }}),
-            "Air": (model: "{air}", params: {{ "planet": "$planet" }}),
+            "Gravity": (model: "environment.zonal_gravity", params: {{ "j2": {:?} }}),
+            "Air": (model: "{air}"),
             {} {}
             "Aero": (model: "flight.entry_aerodynamics", params: {{ "area": {:?}, "drag": [{}], "lift_to_drag": [[0, 0]],
                 "heating_constant": 1.7415e-4 }}, bind: {{ "body": "node:vehicle" }}),
@@ -154,7 +150,6 @@ fn flight(all: &Value, air: &str) -> String {
         of(input, "lon_deg"),
         of(input, "h0"),
         of(planet, "GM"),
-        of(planet, "a"),
         of(planet, "J2"),
         tank("Tank1", one),
         tank("Tank2", two),

@@ -67,7 +67,7 @@ fn a_capsule_is_guided_by_its_navigation_to_where_its_parachute_opens() {
     place.below(3.5, "error of the place, deviations");
     rates.below(3.5, "error of the velocity, deviations");
     tilt.below(4.0, "error of the attitude, deviations");
-    trim.below(0.3, "angle of attack from its trim of −16°, deg");
+    trim.below(0.35, "angle of attack from its trim of −16°, deg");
     slip.below(1.0, "sideslip, deg");
     // From where range control is to end; the axes of the target, which is 14 km off, are those of W to a few mrad.
     let miss = (get(&sim, "Ground.offset") - aim()).xy();

@@ -263,7 +263,7 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     println!("{change} {sum}");
     assert!(change.norm() > 1.0 && (change - sum).norm() < 1e-4 * change.norm(), "{change} {sum}");
     println!("{fast} arcsec at 300 s");
-    assert!((fast - 123.0).abs() < 0.5, "{fast}");
+    assert!((fast - 122.1).abs() < 0.5, "{fast}");
     // The coils are at their limit, and are no more; then the wheels are empty.
     let mut limited = 0.0;
     for k in 601..=4000 {
@@ -281,7 +281,7 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
         (sim.get("Software.Pointing.error").unwrap(), rotation(&sim, "craft").angle());
     let arc = |x: f64| x.to_degrees() * 3600.0;
     println!("{:.1} arcsec by its estimate, {:.1} in truth", arc(estimate), arc(truth));
-    assert!((arc(estimate) - 43.0).abs() < 0.5 && (arc(truth) - 40.0).abs() < 0.5);
+    assert!((arc(estimate) - 43.6).abs() < 0.5 && (arc(truth) - 39.6).abs() < 0.5);
     let speeds = wheels(&sim);
     println!("wheels {speeds:?} rpm");
     assert!((speeds[0].abs() - 12.0).abs() < 0.5, "{speeds:?}");
@@ -455,8 +455,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         ("backshell_off", 313.3, 1.7, 74.1),
         ("powered", 314.3, 1.62, 77.9),
         ("sky_crane", 360.4, 0.0197, 0.76),
-        ("fly_away", 375.5, 0.0091, 0.53),
-        ("driving", 379.3, 0.06, 30.7),
+        ("fly_away", 376.3, 0.0084, 0.53),
+        ("driving", 380.1, 0.06, 30.9),
     ];
     assert_eq!(told.len(), want.len(), "{told:?}");
     for ((phase, t, height, speed), w) in told.iter().zip(want) {

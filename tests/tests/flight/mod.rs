@@ -13,6 +13,7 @@ mod kernel;
 mod lunar_landing;
 mod missions;
 mod notices;
+mod one_world;
 mod orders;
 mod parting;
 mod refusals;

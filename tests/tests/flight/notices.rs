@@ -26,7 +26,7 @@ fn a_canopy_that_is_commanded_again_tells_so_once_and_stays_open() {
     bodies: { "pack": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10], initial: (position: [0, 0, 9000], velocity: [0, 0, -100])) },
     parts: {
         "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -3.7] }),
-        "Air": (model: "environment.exponential_atmosphere", params: { "planet_radius": 0 }),
+        "Air": (model: "environment.exponential_atmosphere", params: { "density": 0.020, "scale_height": 11100, "temperature": 210, "gas_constant": 191.8, "heat_ratio": 1.33, "heating_constant": 1.9027e-4 }),
         "Command": (model: "basics.sine", params: { "amplitude": 1, "frequency": 0.1 }),
         "Canopy": (model: "flight.canopy", params: { "diameter": 10, "filling_time": 1 }, bind: { "canopy": "node:pack" }),
     },
@@ -57,8 +57,8 @@ fn a_canopy_beyond_its_table_tells_so_or_stops_the_run() {
             r#"Simulation(
     bodies: {{ "pack": (parent: "world", hinge: Free, mass: 1000, inertia: [10, 10, 10], initial: (position: [0, 0, 9000], velocity: [0, 900, 0])) }},
     parts: {{
-        "Gravity": (model: "environment.uniform_gravity"),
-        "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "temperature": 210 }}),
+        "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -3.72076] }}),
+        "Air": (model: "environment.exponential_atmosphere", params: {{ "temperature": 210, "density": 0.020, "scale_height": 11100, "gas_constant": 191.8, "heat_ratio": 1.33, "heating_constant": 1.9027e-4 }}),
         "Canopy": (model: "flight.canopy", params: {{ "diameter": 10, "start": "2.005 s", "filling_time": 1, "outside": {outside} }}, bind: {{ "canopy": "node:pack" }}),
     }},
     step: "10 ms", integrator: "rk4", until: "10 s",
@@ -83,8 +83,9 @@ fn air_beyond_its_data_is_told_once_or_stops_the_run() {
         format!(
             r#"Simulation(
     bodies: {{ "craft": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10], initial: (position: [7350000, 0, 0], velocity: [1000, 7000, 0])) }},
+    world: (body: "earth"),
     parts: {{
-        "Gravity": (model: "environment.point_mass_gravity", params: {{ "mu": 3.986004418e14 }}),
+        "Gravity": (model: "environment.point_mass_gravity"),
         "Air": (model: "environment.us76", params: {{ {outside} }}),
         "Drag": (model: "flight.drag", params: {{ "coefficient": 2, "area": 1, "heating_constant": 0 }}, bind: {{ "body": "node:craft" }}),
         "Other": (model: "flight.drag", params: {{ "coefficient": 2, "area": 1, "heating_constant": 0 }}, bind: {{ "body": "node:craft" }}),

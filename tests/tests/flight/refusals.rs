@@ -26,17 +26,18 @@ fn a_tank_with_negative_propellant_is_refused() {
 fn what_is_refused_is_not_said_to_be_missing_too() {
     let text = r#"Simulation(
     bodies: { "craft": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10]) },
+    world: (body: "earth"),
     parts: {
-        "Gravity": (model: "environment.zonal_gravity", params: { "mu": -3.986e14, "radius": 6378137 }),
+        "Gravity": (model: "environment.zonal_gravity", params: { "j2": 1e-3, "radius": -6378137 }),
         "Air": (model: "environment.us76"),
     },
     gravity: "Gravity", step: "10 ms", until: "1 s",
 )"#;
     let told = scene(text, &[]).err().unwrap();
-    assert!(told.contains("`Gravity.mu` = "), "{told}");
+    assert!(told.contains("`Gravity.radius` = "), "{told}");
     assert!(!told.contains("gravity service"), "{told}");
     // One that is not there at all is.
-    let whole = text.replace("-3.986e14", "3.986e14");
+    let whole = text.replace("-6378137", "6378137");
     assert!(scene(&whole, &[]).is_ok());
     for text in [text, &whole] {
         let other = text.replace(r#"gravity: "Gravity""#, r#"gravity: "Gravty""#);
@@ -97,13 +98,14 @@ fn an_ascent_without_a_solution_says_so_and_holds_its_steering() {
         format!(
             r#"Simulation(
     bodies: {{ "stage": (parent: "world", hinge: Free, mass: "20 t", inertia: [1e5, 1e5, 1e4], initial: (position: [6.55e6, 0, 0], velocity: [200, {speed}, 0])) }},
+    world: (body: "earth"),
     parts: {{
-        "Gravity": (model: "environment.point_mass_gravity", params: {{ "mu": 3.986004418e14 }}),
+        "Gravity": (model: "environment.point_mass_gravity"),
         "Push": (model: "flight.body_load", params: {{ "rows": [(time: 0, force: [0, 0, 0]), (time: 20.1, force: [0, {push}, 0]), (time: 20.4, force: [0, 0, 0])] }}, bind: {{ "body": "node:stage" }}),
         "Mass": (model: "basics.constant", params: {{ "value": 20000 }}),
         "Guidance": (
             model: "flight.linear_tangent", rate: "2 Hz", bind: {{ "body": "node:stage" }},
-            params: {{ "radius": 6578137, "along": 7784.3, "thrust": 1e5, "specific_impulse": 348, "mu": 3.986004418e14 }},
+            params: {{ "radius": 6578137, "along": 7784.3, "thrust": 1e5, "specific_impulse": 348 }},
         ),
         "Engine": (model: "flight.vector_thrust", params: {{ "specific_impulse": 348, "lag": 0 }}, bind: {{ "body": "node:stage" }}),
     }},
@@ -151,8 +153,9 @@ fn a_run_beyond_the_years_of_the_ephemeris_stops_and_says_so() {
     bodies: {{ "craft": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10], initial: (position: [4.2e7, 0, 0], velocity: [0, 3080, 0])) }},
     parts: {{
         "Gravity": (model: "environment.spherical_harmonics", params: {{ "file": {file:?}, "format": basilisk, "degree": 2,
-            "third_bodies": ["sun", "moon"], "planet": (body: "earth", turns: "still", epoch: "{epoch}", span: "1 h") }}),
+            "third_bodies": ["sun", "moon"] }}),
     }},
+    world: (body: "earth", turns: "still", epoch: "{epoch}", span: "1 h"),
     step: "100 s", integrator: "rk4", until: "1000000 s",
 )"#
         )

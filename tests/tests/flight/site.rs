@@ -22,7 +22,7 @@ fn site() -> world::Site {
 fn planet(site: bool) -> String {
     let here = "site: (latitude: 0.6, longitude: -1.1, height: -2000, heading: 0.4)";
     let here = if site { here } else { "" };
-    format!("(body: \"mars\", turns: \"fixed\", rate: {RATE:?}, angle: 0.3, {here})")
+    format!("(body: \"mars\", mu: {MU:?}, turns: \"fixed\", rate: {RATE:?}, angle: 0.3, {here})")
 }
 
 fn quat(q: &Quat) -> String {
@@ -50,9 +50,10 @@ fn craft(site: bool, boom: bool, p: &Vec3, v: &Vec3, R: &Quat, angular: &Vec3) -
         ),
         {boom}
     }},
+    world: {planet},
     parts: {{
-        "Gravity": (model: "environment.zonal_gravity", params: {{ "mu": {MU:?}, "radius": 3396190, "j2": 0.00196, "planet": {planet} }}),
-        "Air": (model: "environment.mars_air", params: {{ "planet": {planet}, "winds": [(altitude: 0, east: 20, north: -30), (altitude: 30000, east: 60, north: 5, up: 1)] }}),
+        "Gravity": (model: "environment.zonal_gravity", params: {{ "j2": 0.00196 }}),
+        "Air": (model: "environment.mars_air", params: {{ "winds": [(altitude: 0, east: 20, north: -30), (altitude: 30000, east: 60, north: 5, up: 1)] }}),
         "Drag": (model: "flight.drag", params: {{ "coefficient": 1.4, "area": 0.05, "heating_constant": 0 }}, bind: {{ "body": "node:craft/com" }}),
     }},
     step: "20 ms", integrator: "verner_87", until: "200 s",
@@ -128,33 +129,36 @@ fn turning(latitude: f64) -> Vec3 {
 /// A body at rest in a site, with `more` in its file.
 fn at_rest(latitude: f64, body: &str, more: &str) -> String {
     let planet = format!(
-        "(body: \"mars\", turns: \"fixed\", rate: {RATE:?}, flattening: 0, site: (latitude: {latitude:?}, longitude: 0.7))"
+        "(body: \"mars\", mu: {MU:?}, turns: \"fixed\", rate: {RATE:?}, flattening: 0, site: (latitude: {latitude:?}, longitude: 0.7))"
     );
     format!(
         r#"Simulation(
     bodies: {{ {body} }},
-    parts: {{ "Gravity": (model: "environment.point_mass_gravity", params: {{ "mu": {MU:?}, "planet": {planet} }}) }},
+    world: {planet},
+    parts: {{ "Gravity": (model: "environment.point_mass_gravity") }},
     {more}
 )"#
     )
 }
 
-/// A flight of `craft` (2000 kg) with these `parts` (given `planet: (..)`), in inertial axes and from a site of a planet: how far apart places and
+/// A flight of `craft` (2000 kg) with these `parts`, in inertial axes and from a site of a planet: how far apart places and
 /// velocities are at most, as parts of the way flown and of the first speed.
 fn apart(
     (body, ellipsoid): (&str, Ellipsoid),
     (place, start): (Geodetic, PointMotion),
     until: u32,
-    parts: impl Fn(&str) -> String,
+    parts: &str,
 ) -> (Worst, Worst) {
     let turning = Rotation::Fixed(FixedRate::about_z(0.0, RATE).unwrap());
     let site = world::Site::new(&ellipsoid, place, 0.4);
     let fly = |here: &str, start: &PointMotion| {
-        let parts = parts(&format!("(body: \"{body}\", turns: \"fixed\", rate: {RATE:?}, {here})"));
+        let mu = if body == "mars" { format!("mu: {MU:?}, ") } else { String::new() };
+        let world = format!("(body: \"{body}\", {mu}turns: \"fixed\", rate: {RATE:?}, {here})");
         let vector = |v: &Vec3| common::list(v.as_slice());
         let text = format!(
             r#"Simulation(
     bodies: {{ "craft": (parent: "world", hinge: Free, mass: 2000, inertia: [900, 900, 900], initial: (position: {}, velocity: {})) }},
+    world: {world},
     {parts}
     step: "50 ms", integrator: "verner_87", accuracy: (relative: 1e-12, absolute: 1e-9), until: "1000 s",
 )"#,
@@ -191,30 +195,28 @@ const LANDING: Geodetic = Geodetic { latitude: -0.6, longitude: 2.1, altitude: -
 #[test]
 fn harmonics_pull_alike_in_inertial_axes_and_from_a_site() {
     let folder = linkwork_tests::root().join("sims/earth_orbit");
-    let gravity = |planet: &str| {
-        format!(
-            r#"parts: {{ "Gravity": (
+    let gravity = format!(
+        r#"parts: {{ "Gravity": (
         model: "environment.spherical_harmonics", folder: {folder:?},
-        params: {{ "file": "ggm03s_20.txt", "format": "basilisk", "degree": 20, "planet": {planet} }},
+        params: {{ "file": "ggm03s_20.txt", "format": "basilisk", "degree": 20 }},
     ) }},"#
-        )
-    };
+    );
     let start = PointMotion {
         position: Vec3::new(2e5, -1e5, 4e5),
         velocity: Vec3::new(4000.0, 5500.0, 900.0),
     };
-    let (way, speed) = apart(("earth", Ellipsoid::wgs84()), (LANDING, start), 600, gravity);
+    let (way, speed) = apart(("earth", Ellipsoid::wgs84()), (LANDING, start), 600, &gravity);
     // Measured 7e-14 and 8e-15.
     way.below(1e-12, "harmonics, place over way");
     speed.below(1e-12, "harmonics, velocity over speed");
 }
 
 /// Gravity and windy air of Mars, with more parts and wires.
-fn over_mars(planet: &str, more: &str, wires: &str) -> String {
+fn over_mars(more: &str, wires: &str) -> String {
     format!(
         r#"parts: {{
-        "Gravity": (model: "environment.zonal_gravity", params: {{ "mu": {MU:?}, "radius": 3396190, "j2": 0.00196, "planet": {planet} }}),
-        "Air": (model: "environment.mars_air", params: {{ "planet": {planet}, "winds": [(altitude: 0, east: 20, north: -30), (altitude: 30000, east: 60, north: 5, up: 1)] }}),
+        "Gravity": (model: "environment.zonal_gravity", params: {{ "j2": 0.00196 }}),
+        "Air": (model: "environment.mars_air", params: {{ "winds": [(altitude: 0, east: 20, north: -30), (altitude: 30000, east: 60, north: 5, up: 1)] }}),
         {more}
     }},
     wires: [{wires}],"#
@@ -232,9 +234,8 @@ fn a_canopy_brakes_alike_in_inertial_axes_and_from_a_site() {
         position: Vec3::new(9e3, -4e3, 9e3),
         velocity: Vec3::new(-250.0, 190.0, -60.0),
     };
-    let (way, speed) = apart(("mars", Ellipsoid::mars()), (LANDING, start), 60, |planet| {
-        over_mars(planet, canopy, "")
-    });
+    let parts = over_mars(canopy, "");
+    let (way, speed) = apart(("mars", Ellipsoid::mars()), (LANDING, start), 60, &parts);
     // The growth of the apparent mass takes differences of the density over 1 ms of way, in inertial axes between
     // coordinates that are known to 5e-10 m. Measured 1.6e-9 and 2.7e-9.
     way.below(1e-8, "canopy, place over way");
@@ -251,7 +252,7 @@ fn a_guided_entry_flies_alike_in_inertial_axes_and_from_a_site() {
         "Deceleration": (model: "basics.gain", params: { "k": 5e-4 }),
         "Guidance": (
             model: "flight.entry_guidance", rate: "2 Hz",
-            params: { "target": [-0.5, 0.72, -0.48], "ballistic": 90, "lift_ref": 0.45, "end_speed": 450 },
+            params: { "target": [-0.5, 0.72, -0.48], "ballistic": 90, "density": 0.0158, "scale_height": 9354, "lift_to_drag": 0.24, "lift_ref": 0.45, "start_height": 80000, "start_speed": 5845, "start_angle": -0.26, "end_speed": 450 },
             bind: { "body": "node:craft" },
         ),"#;
     let wires = r#""Aero.drag -> Deceleration.u", (wire: "Deceleration.y -> Guidance.drag", delay: 1), "Guidance.bank -> Aero.bank""#;
@@ -259,9 +260,8 @@ fn a_guided_entry_flies_alike_in_inertial_axes_and_from_a_site() {
         position: Vec3::new(-5e5, -1e5, 2e4),
         velocity: Vec3::new(4500.0, 800.0, 400.0),
     };
-    let (way, speed) = apart(("mars", Ellipsoid::mars()), (LANDING, start), 200, |planet| {
-        over_mars(planet, parts, wires)
-    });
+    let parts = over_mars(parts, wires);
+    let (way, speed) = apart(("mars", Ellipsoid::mars()), (LANDING, start), 200, &parts);
     // Measured 8e-14 and 6e-14.
     way.below(1e-12, "entry, place over way");
     speed.below(1e-12, "entry, velocity over speed");
@@ -377,45 +377,62 @@ fn a_box_stays_where_it_stands() {
 }
 
 #[test]
-fn services_that_take_w_for_different_places_are_refused() {
+fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
     let text = at_rest(
         0.3,
         "\"a\": (parent: \"world\", hinge: Free, mass: 1, inertia: [1, 1, 1])",
         "until: \"1 s\"",
     );
     assert!(scene(&text, &[]).is_ok());
-    let with_air = |planet: &str| {
-        let air = format!(
-            "parts: {{ \"Air\": (model: \"environment.mars_air\", params: {{ \"planet\": {planet} }}),"
-        );
-        scene(&text.replacen("parts: {", &air, 1), &[]).err().unwrap()
+    // Stated again by an assembly: the same is allowed, another is an error at both places.
+    let world = &text[text.find("world: (body").unwrap()..text.find("    parts: {").unwrap()];
+    let with = |world: &str| {
+        let inner = format!("parts: {{ \"Place\": ({world} parts: {{}}),");
+        scene(&text.replacen("parts: {", &inner, 1), &[])
     };
-    let e = with_air("(body: \"mars\")");
-    assert!(e.contains("Air") && e.contains("inertial axes at"), "{e}");
-    let e = with_air("(body: \"mars\", site: (latitude: 0.31, longitude: 0.7))");
-    assert!(e.contains("another site") && e.contains("same `planet`"), "{e}");
-    // Turned otherwise among the stars it is another site, too.
-    for turns in [
-        &format!("angle: 0.2, rate: {RATE:?}"),
-        "turns: \"iau\", epoch: \"2012-08-06 05:17:57 UTC\"",
+    assert!(with(world).is_ok());
+    for other in [
+        world.replace("latitude: 0.3", "latitude: 0.31"),
+        world.replace("flattening: 0,", "angle: 0.2, flattening: 0,"),
+        "world: (body: \"moon\"),".to_string(),
     ] {
-        let here = "flattening: 0, site: (latitude: 0.3, longitude: 0.7)";
-        let e = with_air(&format!("(body: \"mars\", {turns}, {here})"));
-        assert!(e.contains("another site"), "{e}");
+        let e = with(&other).err().unwrap();
+        let places = ["`world` and `Place.world`", "`Place.world` and `world`"];
+        assert!(places.iter().all(|p| e.contains(p)) && e.contains("has one world"), "{e}");
     }
-    let uniform = text.replacen("environment.point_mass_gravity", "environment.uniform_gravity", 1);
-    let e = scene(&uniform, &[]).err().unwrap();
-    assert!(e.contains("planet"), "{e}");
-    // The Sun and third bodies have their places among the stars.
-    let here = "(body: \"mars\", epoch: \"2012-08-06 05:17:57 UTC\", site: (latitude: 0.3, longitude: 0.7))";
-    let sun = format!(
-        "parts: {{ \"Sun\": (model: \"environment.ephemeris_sun\", params: {{ \"planet\": {here} }}),"
+    let uniform = text.replacen(
+        "(model: \"environment.point_mass_gravity\")",
+        "(model: \"environment.uniform_gravity\", params: { \"acceleration\": [0, 0, -3.7] })",
+        1,
     );
-    let e = scene(&text.replacen("parts: {", &sun, 1), &[]).err().unwrap();
+    let e = scene(&uniform, &[]).err().unwrap();
+    assert!(e.contains("Coriolis") && e.contains("turning: false"), "{e}");
+    let level = uniform.replacen("longitude: 0.7", "longitude: 0.7, turning: false", 1);
+    assert!(scene(&level, &[]).is_ok());
+    // The Sun and third bodies have their places among the stars.
+    let sun = "parts: { \"Sun\": (model: \"environment.ephemeris_sun\"),";
+    let dated = text.replacen(
+        "body: \"mars\"",
+        "body: \"mars\", angle: 0, epoch: \"2012-08-06 05:17:57 UTC\"",
+        1,
+    );
+    let e = scene(&dated.replacen("parts: {", sun, 1), &[]).err().unwrap();
     assert!(e.contains("pole among the stars") && e.contains("turns: iau"), "{e}");
-    let flat = "parts: { \"Air\": (model: \"environment.exponential_atmosphere\", params: { \"planet_radius\": 0 }),";
-    let e = scene(&text.replacen("parts: {", flat, 1), &[]).err().unwrap();
-    assert!(e.contains("level ground without a planet"), "{e}");
+    // What was a parameter of each service is stated once.
+    let old = text.replacen(
+        "(model: \"environment.point_mass_gravity\")",
+        "(model: \"environment.point_mass_gravity\", params: { \"mu\": 4e13 })",
+        1,
+    );
+    let e = scene(&old, &[]).err().unwrap();
+    assert!(
+        e.contains("no parameter `mu`") && e.contains("write `world: (body: .., mu: ..)`"),
+        "{e}"
+    );
+    // A phase has the world of the others.
+    let phases = text.replacen("until:", "start: \"a\", phases: { \"a\": (to: {\"b\": \"time > 0.5 s\"}), \"b\": (world: (body: \"moon\")) }, until:", 1);
+    let e = scene(&phases, &[]).err().unwrap();
+    assert!(e.contains("`world` cannot change during a run"), "{e}");
     // Without gravity nothing would feel the turning.
     let e = scene(&text.replacen("until:", "gravity: \"none\", until:", 1), &[]).err().unwrap();
     assert!(e.contains("leave `gravity` out"), "{e}");

@@ -24,7 +24,7 @@ fn turning() -> Rotation {
 fn planet(from: From) -> String {
     let here = "site: (latitude: 0.6, longitude: -1.1, height: -2000, heading: 0.4)";
     let here = if from == From::Site { here } else { "" };
-    format!("(body: \"mars\", turns: \"fixed\", rate: {RATE:?}, angle: 0.3, {here})")
+    format!("(body: \"mars\", mu: {MU:?}, turns: \"fixed\", rate: {RATE:?}, angle: 0.3, {here})")
 }
 
 /// What W is.
@@ -92,12 +92,15 @@ fn environment(from: From) -> String {
     if from == From::Site {
         sun = site().motion(&turning().at(0.0)).pose.rotation.inverse() * sun;
     }
-    let planet = planet(from);
+    let place = match from {
+        From::Site => {
+            format!("\"azimuth\": {:?}, \"elevation\": {:?}", sun.x.atan2(sun.y), sun.z.asin())
+        }
+        From::Inertial => format!("\"direction\": {}", triple(&sun)),
+    };
     format!(
-        r#""Gravity": (model: "environment.zonal_gravity", params: {{ "mu": {MU:?}, "radius": {RADIUS:?}, "j2": 0.00196, "planet": {planet} }}),
-        "Sun": (model: "environment.fixed_sun", params: {{ "azimuth": {:?}, "elevation": {:?}, "planet": {planet} }}),"#,
-        sun.x.atan2(sun.y),
-        sun.z.asin()
+        r#""Gravity": (model: "environment.zonal_gravity", params: {{ "j2": 0.00196 }}),
+        "Sun": (model: "environment.fixed_sun", params: {{ {place}, "distance_au": 1.524 }}),"#
     )
 }
 
@@ -148,20 +151,21 @@ fn craft(from: From, control: Control) -> Simulation {
         ),
         "arm": (parent: "craft", at: (position: [0.5, 0.1, 0]), hinge: Pin([0.6, 0, 0.8]), damping: 1, mass: 8, com: [0.7, 0.2, -0.1], inertia: [0.5, 0.7, 0.6], initial: (rate: 0.02)),
     }},
+    world: {},
     parts: {{
         {}
         {wheels}
         "Turn": (model: "basics.sine", params: {{ "amplitude": 0.01, "frequency": 0.02 }}),
         "Moment": (model: "flight.control_moment_gyro", params: {{ "momentum": 20, "angle": 0.4 }}, bind: {{ "gimbal": "node:craft/gyro" }}),
-        "Field": (model: "flight.magnetic_field", bind: {{ "body": "node:craft" }}),
+        "Field": (model: "flight.magnetic_field", params: {{ "dipole": [-1.4509e-6, 4.6525e-6, -2.94048e-5] }}, bind: {{ "body": "node:craft" }}),
         "Coils": (model: "flight.magnetic_torquer", params: {{ "dipole_max": 300 }}, bind: {{ "body": "node:craft" }}),
         "Light": (model: "flight.panel_radiation_pressure", bind: {{ "body": "node:craft" }}, params: {{
-            "planet_radius": {RADIUS:?}, "albedo": 0.25, "infrared": 0.75, "panels": [
+            "albedo": 0.25, "infrared": 0.75, "panels": [
                 (area: 3000, normal: [1, 0.2, -0.3], centre: [1, 2, 0.5], specular: 0.3, diffuse: 0.2), (area: 3000, normal: [-1, 0.4, 0.3], centre: [-1, 2, 0.5]),
             ],
         }}),
-        "Ball": (model: "flight.radiation_pressure", params: {{ "area": 5000, "planet_radius": {RADIUS:?} }}, bind: {{ "body": "node:craft" }}),
-        "Panel": (model: "power.solar_panel", params: {{ "area": 10, "optical_depth": 0 }}, bind: {{ "panel": "node:craft/w1" }}),
+        "Ball": (model: "flight.radiation_pressure", params: {{ "area": 5000 }}, bind: {{ "body": "node:craft" }}),
+        "Panel": (model: "power.solar_panel", params: {{ "area": 10 }}, bind: {{ "panel": "node:craft/w1" }}),
         "Rates": (model: "sensors.imu", rate: "10 Hz", bind: {{ "mount": "node:craft" }}),
         "Stars": (model: "sensors.star_tracker", rate: "10 Hz", params: {{ "rate_max": 0.5 }}, bind: {{ "mount": "node:craft" }}),
         "Filter": (model: "control.attitude_filter", rate: "10 Hz", params: {{ "random_walk": 2.036e-5, "bias_walk": 1e-8, "bias_start": 2e-5 }}),
@@ -176,12 +180,13 @@ fn craft(from: From, control: Control) -> Simulation {
         "Filter.attitude -> Pointing.attitude", "Filter.rate -> Pointing.rate",
         (wire: "Pointing.torque -> Distribution.torque", delay: 1),
         "Distribution.momentum -> Desaturation.momentum", "Field.in_body -> Desaturation.field",
-        "Field.field -> Coils.field", "Desaturation.dipole -> Coils.dipole", "Light.visible -> Panel.sunlit",
+        "Field.field -> Coils.field", "Desaturation.dipole -> Coils.dipole", 
         {wires}
     ],
     step: "100 ms", integrator: "verner_87", accuracy: (relative: 1e-10, absolute: 1e-10), until: "700 s", seed: 3,
 )"#,
         start().initial(from),
+        planet(from),
         environment(from),
         axes.iter().map(triple).collect::<Vec<_>>().join(", "),
     );
@@ -291,6 +296,7 @@ fn rendezvous(from: From, law: &str) -> Simulation {
         "chief": (parent: "world", hinge: Free, mass: 900, inertia: [90, 80, 70], initial: {}),
         "deputy": (parent: "world", hinge: Free, mass: 100, inertia: [9, 8, 7], initial: {}),
     }},
+    world: {},
     parts: {{
         {}
         "Law": ({law}, bind: {{ "chief": "node:chief", "deputy": "node:deputy" }}),
@@ -301,6 +307,7 @@ fn rendezvous(from: From, law: &str) -> Simulation {
 )"#,
         chief.initial(from),
         deputy.initial(from),
+        planet(from),
         environment(from),
     );
     scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"))

@@ -381,7 +381,7 @@ fn a_descent_guided_by_a_quadratic_with_limits_lag_and_sampling() {
             initial: (position: {}, velocity: {})) }},
         parts: {{
             "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": {} }}),
-            "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "density": {:?}, "scale_height": {:?} }}),
+            "Air": (model: "environment.exponential_atmosphere", params: {{ "density": {:?}, "scale_height": {:?}, "temperature": 210, "gas_constant": 191.8, "heat_ratio": 1.33 }}),
             "Drag": (model: "flight.drag", params: {{ "coefficient": {:?}, "area": 1, "heating_constant": 0 }}, bind: {{ "body": "node:lander" }}),
             "Tank": (model: "flight.propellant_tank", params: {{ "propellant": {dry:?}, "radius": "10 um", "density": 1e20 }}, bind: {{ "bottom": "node:lander" }}),
             "Mass": (model: "basics.gain", params: {{ "k": 1, "offset": {dry:?} }}),

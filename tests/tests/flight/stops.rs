@@ -23,7 +23,7 @@ fn text(
         velocity: [0, 0, -{speed}], rotation: (rpy: [0, "{pitch} deg", 0]), angular: [0, 0.2, 0])) }},
     parts: {{
         "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -50] }}),
-        "Air": (model: "environment.exponential_atmosphere", params: {{ "planet_radius": 0, "temperature": 210 }}),
+        "Air": (model: "environment.exponential_atmosphere", params: {{ "temperature": 210, "density": 0.020, "scale_height": 11100, "gas_constant": 191.8, "heat_ratio": 1.33, "heating_constant": 1.9027e-4 }}),
         "Aero": (model: "flight.{model}", params: {{ {params}, "outside": {outside} }}, bind: {{ "{bind}": "node:craft" }}),
     }},
     step: "100 ms", integrator: "rk4", until: "5 s",
@@ -44,13 +44,13 @@ fn models() -> Vec<(&'static str, String, &'static str, &'static str)> {
         ),
         of(
             "axisymmetric_aerodynamics",
-            r#""area": 1, "length": 1, "angles": [0, 3], "machs": [0, 1], "axial": [[1, 1.5], [1, 1.5]], "normal": [[0, 0], [0, 0]], "pitch": [[0, 0], [0, 0]]"#,
+            r#""area": 1, "length": 1, "angles": [0, 3], "machs": [0, 1], "axial": [[1, 1.5], [-1, -1.5]], "normal": [[0, 0], [0, 0]], "pitch": [[0, 0], [0, 0]]"#,
             "body",
             "the flow leaves the tables, which have angles of 0.00 to 171.89 deg, here 7.",
         ),
         of(
             "sphere_cone",
-            r#""half_angle": 0.51, "bluntness": 0.5, "base_radius": 1"#,
+            r#""gamma": 1.4, "half_angle": 0.51, "bluntness": 0.5, "base_radius": 1"#,
             "body",
             "the flow goes on at a total angle of attack of 29.22 deg, above the half-angle of 29.22 deg",
         ),

@@ -143,9 +143,9 @@ fn a_touch_and_go_at_an_asteroid_that_turns() {
         r#"Simulation(
         bodies: {{ "craft": (parent: "world", hinge: Free, mass: {:?}, inertia: [300, 300, 300],
             initial: (position: {}, velocity: {})) }},
+        world: (body: "other", radius: 1, rate: {rate:?}),
         parts: {{
-            "Gravity": (model: "environment.polyhedral_gravity",
-                params: {{ "file": {:?}, "density": {:?}, "rate": {rate:?} }}),
+            "Gravity": (model: "environment.polyhedral_gravity", params: {{ "file": {:?}, "density": {:?} }}),
             "Touch": (model: "test.touch_and_go", bind: {{ "craft": "node:craft" }}, params: {{
                 "centroid": {}, "normal": {}, "rate": {rate:?}, "spring": {}, "engine": {} }}),
         }},

@@ -13,7 +13,8 @@ fn craft(spin: f64, integrator: &str, phases: &str) -> Simulation {
                 initial: (position: [7e6, 0, 0], velocity: [0, 6000, 4500], angular: [{spin}, 0, 0])),
         }},
         gravity: "Field", parts: {{ "Field": (model: "environment.zonal_gravity",
-            params: {{ "mu": 3.986004415e14, "radius": 6378136.6, "j2": 1.08262668e-3 }}) }})"#
+            params: {{ "radius": 6378136.6, "j2": 1.08262668e-3 }}) }},
+        world: (body: "earth", mu: 3.986004415e14))"#
     );
     scene(&text, &[]).unwrap()
 }

@@ -9,7 +9,7 @@ use crate::common;
 const SWING: &str = r#"Simulation(
     doc: "A ball before two cameras.",
     parts: {
-        "Gravity": (model: "environment.uniform_gravity"),
+        "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -3.72076] }),
         "Camera": (model: "sensors.camera", rate: "50 ms", bind: { "mount": "node:mast/lens" },
             params: { "width": 80, "height": 60, "view": "50 deg" }),
         "Blind": (model: "sensors.camera", rate: "100 ms", bind: { "mount": "node:mast/lens" },

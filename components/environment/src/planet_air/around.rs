@@ -1,5 +1,5 @@
 //! What all air around planets has in common: the ground that turns under it, the wind over that, factors of a day, and where data end.
-use crate::planet::{DensityLayer, Planet, PlanetParams, WindLayer, fault};
+use crate::world::{DensityLayer, PlanetWorld, WindLayer, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{self as world, Profile, Sutherland};
 use linkwork_world::planet::Geodetic;
@@ -38,7 +38,7 @@ impl SutherlandParams {
 
 /// What the user wrote of it.
 pub(super) struct Written<'a> {
-    pub planet: &'a PlanetParams,
+    pub world: PlanetWorld,
     pub winds: &'a [WindLayer],
     pub wind_table: Option<&'a str>,
     pub density: &'a [DensityLayer],
@@ -47,12 +47,9 @@ pub(super) struct Written<'a> {
 
 /// What all parameters of these services say alike.
 macro_rules! written {
-    ($p:ident) => {
-        written!($p, planet: &$p.planet)
-    };
-    ($p:ident, planet: $planet:expr) => {
+    ($p:ident, $world:expr) => {
         Written {
-            planet: $planet,
+            world: $world,
             winds: &$p.winds,
             wind_table: $p.wind_table.as_deref(),
             density: &$p.density,
@@ -78,8 +75,8 @@ macro_rules! around_a_planet {
             fn altitude(&self, t: f64, p: Vec3) -> Option<f64> {
                 Some(self.around.altitude(t, p))
             }
-            fn axes(&self) -> Axes {
-                Axes::of(self.around.planet.site)
+            fn heating_constant(&self) -> Option<f64> {
+                self.around.heating
             }
         }
     )*};
@@ -88,7 +85,9 @@ pub(super) use around_a_planet;
 
 /// The ground under the air, and the wind over it.
 pub(super) struct Around {
-    pub planet: Planet,
+    pub world: PlanetWorld,
+    /// Constant of Sutton and Graves for its gas, where it is known.
+    pub heating: Option<f64>,
     /// What the user wrote.
     outside: Option<Outside>,
     /// Heights for which there are data, m.
@@ -104,7 +103,7 @@ impl Around {
     pub fn new(
         w: &Written<'_>,
         range: [f64; 2],
-        viscosity: Option<Sutherland>,
+        (viscosity, heating): (Option<Sutherland>, Option<f64>),
         files: &Files,
     ) -> Result<Around, BuildError> {
         let density = w.density;
@@ -115,13 +114,13 @@ impl Around {
                 Some(Profile::factors(entries).map_err(|e| fault(&e, "density"))?)
             }
         };
-        let (planet, winds) = (w.planet.planet(files)?, winds(w, files)?);
-        Ok(Around { planet, outside: w.outside, range, viscosity, winds, factors })
+        let (world, winds) = (w.world.clone(), winds(w, files)?);
+        Ok(Around { world, heating, outside: w.outside, range, viscosity, winds, factors })
     }
 
     /// Height (m) of p (m, W) above the ellipsoid, NaN near the planet's centre.
     pub fn altitude(&self, t: f64, p: Vec3) -> f64 {
-        self.planet.place(t, p).1.map_or(f64::NAN, |place| place.altitude)
+        self.world.planet.place(t, p).1.map_or(f64::NAN, |place| place.altitude)
     }
 
     /// What there is to say of a point whose height the data do not reach: nothing where going on is what was asked for.
@@ -129,7 +128,7 @@ impl Around {
         if self.outside == Some(Outside::Continue) {
             return None;
         }
-        let h = self.planet.place(t, p).1?.altitude;
+        let h = self.world.planet.place(t, p).1?.altitude;
         let [low, high] = self.range;
         (!(low..=high).contains(&h)).then(|| self.told(h))
     }
@@ -151,7 +150,7 @@ impl Around {
 
     /// The air at `p`, given what it is at a geodetic place.
     pub fn air(&self, t: f64, p: Vec3, gas: impl FnOnce(&Geodetic) -> world::Air) -> Air {
-        let (spin, place) = self.planet.place(t, p);
+        let (spin, place) = self.world.planet.place(t, p);
         let Some(place) = place else {
             let nan = f64::NAN;
             return Air {

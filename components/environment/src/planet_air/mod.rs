@@ -18,7 +18,7 @@ pub use around::{Outside, SutherlandParams};
 pub use table::{Altitudes, Columns, GasParams, TableAirParams, TableAtmosphere, TableLayout};
 
 use crate::mars_sun::MarsTime;
-use crate::planet::{Centre, DensityLayer, PlanetParams, WindLayer, fault};
+use crate::world::{Centre, DensityLayer, PlanetWorld, WindLayer, fault};
 use around::{Around, Written, around_a_planet, written};
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{
@@ -31,6 +31,9 @@ use linkwork_world::planet::{Epoch, Geodetic};
 const BOLTZMANN: f64 = 1.380_649e-23;
 /// Highest place of NRLMSISE-00 here, m.
 const MSIS_TOP: f64 = 2e6;
+/// Constants of Sutton and Graves, kg^½/m: air, and the atmosphere of Mars.
+pub(crate) const HEATING_AIR: f64 = 1.7415e-4;
+pub(crate) const HEATING_MARS: f64 = 1.9027e-4;
 /// Heights of the standard, m.
 const US76_RANGE: [f64; 2] = [-5e3, 1e6];
 /// Heights for which the simple model of Mars is of use, m: the lowest ground, and where it leaves what was measured.
@@ -39,9 +42,9 @@ const SIMPLE_RANGE: [f64; 2] = [-8.5e3, 3e4];
 /// The standard atmosphere around a planet.
 #[derive(Params, Clone, Debug)]
 pub struct Us76Params {
-    /// Shape and rotation.
-    #[param(default = PlanetParams::of(Centre::Earth))]
-    pub planet: PlanetParams,
+    /// The world, whose body this air surrounds.
+    #[param(service)]
+    pub world: Handle<dyn World>,
     /// Wind over the ground by height, in rising order; none: still air that turns with the planet.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
@@ -52,7 +55,11 @@ pub struct Us76Params {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where its data end (−5 and 1000 km, beyond which density falls on): continue, clamp, stop; unwritten: it goes on, and the run tells it once.
+    /// Added to the temperature of the standard, for hot and cold days: up to 71 km, fading to zero at 86 km. The pressure at height 0 stays, and the
+    /// air is in hydrostatic balance.
+    #[param(unit = "K", default = 0.0, range = -80.0..=80.0)]
+    pub temperature_offset: f64,
+    /// What happens where its data end (−5 and 1000 km, beyond which density falls on): continue, clamp, stop; default: it goes on, and the run tells it once.
     #[param(default = None)]
     pub outside: Option<Outside>,
 }
@@ -74,20 +81,24 @@ impl StandardAtmosphere {
 impl Service for StandardAtmosphere {
     type Params = Us76Params;
     fn build(p: Us76Params, files: &Files) -> Result<Self, BuildError> {
-        let around = Around::new(&written!(p), US76_RANGE, Some(Sutherland::EARTH), files)?;
-        Ok(StandardAtmosphere { around, model: Us76::new() })
+        let world = PlanetWorld::of(&p.world)?;
+        world.only(Centre::Earth, "the US Standard Atmosphere 1976 is the air")?;
+        let gas = (Some(Sutherland::EARTH), Some(HEATING_AIR));
+        let around = Around::new(&written!(p, world), US76_RANGE, gas, files)?;
+        Ok(StandardAtmosphere { around, model: Us76::with_offset(p.temperature_offset) })
     }
 }
 
-/// NRLMSISE-00: the date is in `planet`.
+/// NRLMSISE-00: the date is that of the world.
 #[derive(Params, Clone, Debug)]
 pub struct MsisParams {
-    /// The Earth, its rotation and the epoch.
-    pub planet: PlanetParams,
+    /// The world: the Earth, with an epoch.
+    #[param(service)]
+    pub world: Handle<dyn World>,
     /// Solar flux at 10.7 cm of the day before, 1e-22 W/(m² Hz).
     #[param(default = 150.0, range = 1.0..=500.0)]
     pub f107: f64,
-    /// Its mean over 81 days; unwritten: as `f107`.
+    /// Its mean over 81 days; default: as `f107`.
     #[param(range = 1.0..=500.0)]
     pub f107_mean: Option<f64>,
     /// Daily magnetic index A_p.
@@ -103,7 +114,7 @@ pub struct MsisParams {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where its data end (0 and 2000 km, below as at 0, above nothing): continue, clamp, stop; unwritten: it goes on, and the run tells it once.
+    /// What happens where its data end (0 and 2000 km, below as at 0, above nothing): continue, clamp, stop; default: it goes on, and the run tells it once.
     #[param(default = None)]
     pub outside: Option<Outside>,
 }
@@ -142,19 +153,16 @@ impl MsisAtmosphere {
 impl Service for MsisAtmosphere {
     type Params = MsisParams;
     fn build(p: MsisParams, files: &Files) -> Result<Self, BuildError> {
-        if p.planet.body != Centre::Earth {
-            return Err(BuildError::new("NRLMSISE-00 is the air of the Earth")
-                .help("write `body: earth` in `planet`, or take another atmosphere")
-                .at("planet"));
-        }
-        let epoch = p.planet.epoch("NRLMSISE-00")?;
+        let world = PlanetWorld::of(&p.world)?;
+        world.only(Centre::Earth, "NRLMSISE-00 is the air")?;
+        let epoch = world.params.epoch("NRLMSISE-00")?;
         let weather = SpaceWeather {
             f107: p.f107,
             f107_mean: p.f107_mean.unwrap_or(p.f107),
             magnetic: Magnetic::Daily(p.ap),
         };
-        let viscosity = Some(Sutherland::EARTH);
-        let around = Around::new(&written!(p), [0.0, MSIS_TOP], viscosity, files)?;
+        let gas = (Some(Sutherland::EARTH), Some(HEATING_AIR));
+        let around = Around::new(&written!(p, world), [0.0, MSIS_TOP], gas, files)?;
         Ok(MsisAtmosphere { around, model: Msis::new(), epoch, weather })
     }
 }
@@ -175,21 +183,21 @@ pub struct ClimateTable {
 /// The air of Mars.
 #[derive(Params, Clone, Debug)]
 pub struct MarsAirParams {
-    /// Output of Mars-GRAM with columns HgtMOLA, Denkgm3, Temp; unwritten: the simple model, which holds below 30 km.
+    /// Output of Mars-GRAM with columns HgtMOLA, Denkgm3, Temp; default: the simple model, which holds below 30 km.
     #[param(default = None)]
     pub table: Option<String>,
     /// Such tables at several seasons and dust loads, one for each pair of them, instead of `table`.
     #[param(default = Vec::new())]
     pub climate: Vec<ClimateTable>,
-    /// With `climate`: the Sun's longitude L_s, 0 at the northern spring equinox; unwritten: that of the epoch in `planet`.
+    /// With `climate`: the Sun's longitude L_s, 0 at the northern spring equinox; default: from the epoch of the world.
     #[param(unit = "rad")]
     pub season: Option<f64>,
     /// With `climate`: optical depth of the dust.
     #[param(range = 0.0..)]
     pub dust: Option<f64>,
-    /// Shape and rotation.
-    #[param(default = PlanetParams::of(Centre::Mars))]
-    pub planet: PlanetParams,
+    /// The world, whose body this air surrounds.
+    #[param(service)]
+    pub world: Handle<dyn World>,
     /// Wind over the ground by height, in rising order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
@@ -200,7 +208,7 @@ pub struct MarsAirParams {
     /// Factors on the model's density by height, in rising order; none: the air of the model.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where its data end (the ends of the table, beyond which density goes on with its last slope; −8.5 and 30 km of the simple model): continue, clamp, stop; unwritten: it goes on, and the run tells it once.
+    /// What happens where its data end (the ends of the table, beyond which density goes on with its last slope; −8.5 and 30 km of the simple model): continue, clamp, stop; default: it goes on, and the run tells it once.
     #[param(default = None)]
     pub outside: Option<Outside>,
 }
@@ -226,6 +234,8 @@ impl MarsAtmosphere {
 impl Service for MarsAtmosphere {
     type Params = MarsAirParams;
     fn build(p: MarsAirParams, files: &Files) -> Result<Self, BuildError> {
+        let world = PlanetWorld::of(&p.world)?;
+        world.only(Centre::Mars, "this is the air")?;
         let read = |name: &str, param: &'static str| {
             table::table(name, param, &Layout::MARS_GRAM, Gas::MARS, files)
         };
@@ -256,7 +266,7 @@ impl Service for MarsAtmosphere {
                 let season = match p.season {
                     Some(season) => season,
                     None => {
-                        let epoch = p.planet.epoch("a climate without `season`")?;
+                        let epoch = world.params.epoch("a climate without `season`")?;
                         let (day, part) = epoch.tt();
                         let mars = MarsTime::at(day - 2_451_545.0 + part);
                         mars.solar_longitude_deg.to_radians()
@@ -273,8 +283,8 @@ impl Service for MarsAtmosphere {
             }
         };
         let range = table.as_ref().map_or(SIMPLE_RANGE, |table| table.heights().into());
-        let viscosity = Some(Sutherland::CARBON_DIOXIDE);
-        let around = Around::new(&written!(p), range, viscosity, files)?;
+        let gas = (Some(Sutherland::CARBON_DIOXIDE), Some(HEATING_MARS));
+        let around = Around::new(&written!(p, world), range, gas, files)?;
         Ok(MarsAtmosphere { around, table })
     }
 }

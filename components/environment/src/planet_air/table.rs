@@ -1,6 +1,7 @@
 //! `environment.table_air`: the air of any planet from the rows of a file over altitude.
 use super::around::{Around, Outside, SutherlandParams, Written, text_of, written};
-use crate::planet::{Centre, DensityLayer, PlanetParams, WindLayer, fault};
+use super::{HEATING_AIR, HEATING_MARS};
+use crate::world::{Centre, DensityLayer, PlanetWorld, WindLayer, fault};
 use linkwork_runtime::Unit;
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{self as world, AltitudeKind, Gas, Layout, Sutherland, Table};
@@ -66,8 +67,11 @@ pub struct GasParams {
     /// Molar mass; instead of `constant`.
     #[param(unit = "kg/mol", range = 1e-3..)]
     pub molar_mass: Option<f64>,
-    /// Its viscosity, for Reynolds numbers; unwritten: not known.
+    /// Its viscosity, for Reynolds numbers; default: not known.
     pub viscosity: Option<SutherlandParams>,
+    /// Its constant k (kg^½/m) of Sutton and Graves, for heating; default: not known.
+    #[param(range = 0.0..)]
+    pub heating_constant: Option<f64>,
 }
 
 impl GasParams {
@@ -98,14 +102,13 @@ pub struct TableAirParams {
     /// The columns, with `layout: columns`.
     #[param(default = None)]
     pub columns: Option<Columns>,
-    /// The gas, for pressure and speed of sound; unwritten: dry air of the Earth (R 287.05 J/(kg K), γ 1.4), with `mars_gram` that of Mars
+    /// The gas, for pressure and speed of sound; default: dry air of the Earth (R 287.05 J/(kg K), γ 1.4), with `mars_gram` that of Mars
     /// (188.92, 1.29), and Sutherland's viscosity of air and of carbon dioxide. `columns` needs it.
     #[param(default = None)]
     pub gas: Option<GasParams>,
-    /// Shape and rotation; unwritten: the Earth, with `mars_gram` Mars. `columns` needs it; for a planet that `body` does not know, write `radius`,
-    /// `flattening` and `rate`.
-    #[param(default = None)]
-    pub planet: Option<PlanetParams>,
+    /// The world, whose body this air surrounds.
+    #[param(service)]
+    pub world: Handle<dyn World>,
     /// Wind over the ground by height, in rising order.
     #[param(default = Vec::new())]
     pub winds: Vec<WindLayer>,
@@ -116,7 +119,7 @@ pub struct TableAirParams {
     /// Factors on the table's density by height, in rising order; none: the air of the table.
     #[param(default = Vec::new())]
     pub density: Vec<DensityLayer>,
-    /// What happens where the rows end, beyond which density goes on with its last slope and temperature stays: continue, clamp, stop; unwritten: it goes on, and the run tells it once.
+    /// What happens where the rows end, beyond which density goes on with its last slope and temperature stays: continue, clamp, stop; default: it goes on, and the run tells it once.
     #[param(default = None)]
     pub outside: Option<Outside>,
 }
@@ -192,12 +195,16 @@ impl TableAirParams {
         }
     }
 
-    fn gas(&self) -> Result<(Gas, Option<Sutherland>), BuildError> {
+    fn gas(&self) -> Result<(Gas, (Option<Sutherland>, Option<f64>)), BuildError> {
         match (&self.gas, self.layout) {
-            (Some(gas), _) => gas.gas(),
-            (None, TableLayout::MarsGram) => Ok((Gas::MARS, Some(Sutherland::CARBON_DIOXIDE))),
+            (Some(gas), _) => {
+                gas.gas().map(|(own, viscosity)| (own, (viscosity, gas.heating_constant)))
+            }
+            (None, TableLayout::MarsGram) => {
+                Ok((Gas::MARS, (Some(Sutherland::CARBON_DIOXIDE), Some(HEATING_MARS))))
+            }
             (None, TableLayout::EarthGram | TableLayout::Us76) => {
-                Ok((Gas::EARTH, Some(Sutherland::EARTH)))
+                Ok((Gas::EARTH, (Some(Sutherland::EARTH), Some(HEATING_AIR))))
             }
             (None, TableLayout::Columns) => {
                 Err(BuildError::new("of which gas these columns are is not written")
@@ -207,25 +214,14 @@ impl TableAirParams {
         }
     }
 
-    fn planet(&self, kind: AltitudeKind) -> Result<PlanetParams, BuildError> {
+    /// Refuses a table of another body than the world's.
+    fn check(&self, world: &PlanetWorld, kind: AltitudeKind) -> Result<(), BuildError> {
         let own = match self.layout {
             TableLayout::MarsGram => Some(Centre::Mars),
             TableLayout::EarthGram | TableLayout::Us76 => Some(Centre::Earth),
             TableLayout::Columns => (kind == AltitudeKind::Geopotential).then_some(Centre::Earth),
         };
-        let wrong = |fact: String, help: &str| Err(BuildError::new(fact).help(help).at("planet"));
-        match (&self.planet, own) {
-            (Some(planet), Some(body)) if planet.body != body => wrong(
-                format!("heights of {body:?} around a planet that is {:?}", planet.body),
-                "write its `body` in `planet`, or name the file's columns as geometric heights with `layout: columns`",
-            ),
-            (Some(planet), _) => Ok(planet.clone()),
-            (None, Some(body)) if self.layout != TableLayout::Columns => Ok(PlanetParams::of(body)),
-            (None, _) => wrong(
-                "around which planet these columns are is not written".into(),
-                "write planet: (body: earth), mars or moon, or radius, flattening and rate of another",
-            ),
-        }
+        own.map_or(Ok(()), |body| world.only(body, "these heights are"))
     }
 }
 
@@ -236,11 +232,11 @@ impl Service for TableAtmosphere {
     type Params = TableAirParams;
     fn build(p: TableAirParams, files: &Files) -> Result<Self, BuildError> {
         let layout = p.layout()?;
-        let (gas, viscosity) = p.gas()?;
-        let planet = p.planet(layout.kind)?;
+        let (gas, known) = p.gas()?;
+        let world = PlanetWorld::of(&p.world)?;
+        p.check(&world, layout.kind)?;
         let table = table(&p.file, "file", &layout, gas, files)?;
-        let around =
-            Around::new(&written!(p, planet: &planet), table.heights().into(), viscosity, files)?;
+        let around = Around::new(&written!(p, world), table.heights().into(), known, files)?;
         Ok(TableAtmosphere { around, table })
     }
 }

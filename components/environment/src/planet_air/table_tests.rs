@@ -1,5 +1,6 @@
 //! Air from files over altitude: every row of the reference files, ends, columns by name, refusals.
 use super::*;
+use crate::world::{WorldParams, handle};
 use linkwork_world::atmosphere::geometric_altitude;
 
 const EARTH_GRAM: &str = "basilisk_EarthGRAMNominal.txt";
@@ -26,7 +27,10 @@ fn params(file: &str, layout: TableLayout) -> TableAirParams {
         layout,
         columns: None,
         gas: None,
-        planet: None,
+        world: handle(WorldParams::of(match layout {
+            TableLayout::MarsGram => Centre::Mars,
+            _ => Centre::Earth,
+        })),
         winds: vec![],
         wind_table: None,
         density: vec![],
@@ -128,17 +132,18 @@ fn columns_by_name_and_the_air_of_mars_are_the_same_air() {
             temperature: 293.15,
             constant: 240.0,
         }),
+        heating_constant: None,
     };
     let p = TableAirParams {
         columns: Some(columns),
         gas: Some(gas),
-        planet: Some(PlanetParams::of(Centre::Mars)),
+        world: handle(WorldParams::of(Centre::Mars)),
         ..params(MARS_GRAM, TableLayout::Columns)
     };
     let by_name = TableAtmosphere::build(p, &files).unwrap();
     let mars = MarsAirParams {
         table: Some(MARS_GRAM.into()),
-        ..tests::bare(PlanetParams::of(Centre::Mars))
+        ..tests::bare(WorldParams::of(Centre::Mars))
     };
     let mars = MarsAtmosphere::build(mars, &files).unwrap();
     for h in [-800.0, 0.0, 12_345.6, 77_700.0, 200_000.0, 231_000.0] {
@@ -159,11 +164,11 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
     let files = Files::of(vec![dir.path().to_path_buf()]);
     let text = "z rho T\n\nkm g/cm^3 K\n60 4e-4 260\n50 1.6e-3 350\n";
     std::fs::write(dir.path().join("venus.txt"), text).unwrap();
-    let planet = PlanetParams {
+    let planet = WorldParams {
         radius: Some(6_051_800.0),
         flattening: Some(0.0),
         rate: Some(-2.992_4e-7),
-        ..PlanetParams::of(Centre::Earth)
+        ..WorldParams::of(Centre::Other)
     };
     let columns = Columns {
         altitude: "z".into(),
@@ -174,12 +179,17 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
         counts: Altitudes::Geometric,
         skip: 1,
     };
-    let gas =
-        GasParams { heat_ratio: 1.29, constant: None, molar_mass: Some(43.45e-3), viscosity: None };
+    let gas = GasParams {
+        heat_ratio: 1.29,
+        constant: None,
+        molar_mass: Some(43.45e-3),
+        viscosity: None,
+        heating_constant: None,
+    };
     let full = TableAirParams {
         columns: Some(columns.clone()),
         gas: Some(gas.clone()),
-        planet: Some(planet.clone()),
+        world: handle(planet),
         ..params("venus.txt", TableLayout::Columns)
     };
     let build = |p: &TableAirParams| TableAtmosphere::build(p.clone(), &files);
@@ -206,25 +216,23 @@ fn a_planet_that_is_none_of_the_list_has_its_air_from_columns() {
     refused(TableAirParams { columns: None, ..full.clone() }, "columns", "no `columns`");
     let layout = TableLayout::MarsGram;
     refused(TableAirParams { layout, ..full.clone() }, "columns", "beside a layout");
+    let of_body = |p: TableAirParams, body: &str| {
+        let e = build(&p).err().unwrap();
+        assert!(e.message.contains(body) && e.help.is_some(), "{}", e.message);
+    };
+    of_body(TableAirParams { layout, columns: None, ..full.clone() }, "heights are of `mars`");
+    let mars = || handle(WorldParams::of(Centre::Mars));
     refused(
-        TableAirParams { layout, columns: None, ..full.clone() },
-        "planet",
-        "heights of Mars around a planet that is Earth",
-    );
-    let mars = || Some(PlanetParams::of(Centre::Mars));
-    refused(
-        TableAirParams { layout, columns: None, planet: mars(), ..full.clone() },
+        TableAirParams { layout, columns: None, world: mars(), ..full.clone() },
         "file",
         "no column `HgtMOLA`; there are z, rho, T",
     );
     let counts = Altitudes::Geopotential;
-    refused(
-        TableAirParams { planet: mars(), ..with(Columns { counts, ..columns.clone() }) },
-        "planet",
-        "heights of Earth",
+    of_body(
+        TableAirParams { world: mars(), ..with(Columns { counts, ..columns.clone() }) },
+        "heights are of `earth`",
     );
     refused(TableAirParams { gas: None, ..full.clone() }, "gas", "of which gas");
-    refused(TableAirParams { planet: None, ..full.clone() }, "planet", "around which planet");
     refused(of(GasParams { constant: Some(190.0), ..gas.clone() }), "gas", "both");
     refused(of(GasParams { molar_mass: None, ..gas.clone() }), "gas", "neither");
     let lb = "lb".to_string();

@@ -1,9 +1,14 @@
 //! Air of planets: heights, winds, seasons, ends of data.
 use super::*;
-use crate::planet::Turning;
+use crate::world::{Turning, WorldParams, handle};
 
-fn earth() -> PlanetParams {
-    PlanetParams { rate: Some(1e-4), angle: 0.4, ..PlanetParams::of(Centre::Earth) }
+/// A body that turns about z of W from x on, whatever the date.
+fn fixed(body: Centre) -> WorldParams {
+    WorldParams { turns: Some(Turning::Fixed), angle: Some(0.0), ..WorldParams::of(body) }
+}
+
+fn earth() -> WorldParams {
+    WorldParams { rate: Some(1e-4), angle: Some(0.4), ..WorldParams::of(Centre::Earth) }
 }
 
 #[test]
@@ -11,7 +16,14 @@ fn the_standard_atmosphere_moves_with_the_ground_and_the_wind() {
     // 20 ft/s from the west at the ground, more above: NESC's case 8 upside down.
     let layer = |altitude: f64, east: f64| WindLayer { altitude, east, north: 1.0, up: 0.0 };
     let winds = vec![layer(0.0, 6.0), layer(10_000.0, 16.0)];
-    let p = Us76Params { planet: earth(), winds, wind_table: None, density: vec![], outside: None };
+    let p = Us76Params {
+        world: handle(earth()),
+        winds,
+        wind_table: None,
+        density: vec![],
+        temperature_offset: 0.0,
+        outside: None,
+    };
     let air = StandardAtmosphere::build(p, &Files::default()).unwrap();
     let (t, r) = (3000.0, 6_378_137.0 + 5000.0);
     // A point above the equator, at longitude 0.4 after the turning.
@@ -31,9 +43,9 @@ fn the_standard_atmosphere_moves_with_the_ground_and_the_wind() {
 #[test]
 fn msis_knows_day_and_night_and_ends_above() {
     let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
-    let planet = PlanetParams { turns: Turning::Iau, epoch, ..PlanetParams::of(Centre::Earth) };
+    let planet = WorldParams { turns: Some(Turning::Iau), epoch, ..WorldParams::of(Centre::Earth) };
     let p = MsisParams {
-        planet,
+        world: handle(planet),
         f107: 150.0,
         f107_mean: None,
         ap: 4.0,
@@ -55,21 +67,21 @@ fn msis_knows_day_and_night_and_ends_above() {
     assert!((ground.density - 1.18).abs() < 0.05 && (ground.speed_of_sound - 346.0).abs() < 6.0);
     assert!((ground.pressure / 101_325.0 - 1.0).abs() < 0.02, "{}", ground.pressure);
     assert_eq!(at(50.0, 2.1e6).density, 0.0);
-    let mars = MsisParams { planet: PlanetParams::of(Centre::Mars), ..p.clone() };
+    let mars = MsisParams { world: handle(WorldParams::of(Centre::Mars)), ..p.clone() };
     let e = MsisAtmosphere::build(mars, &Files::default()).err().unwrap();
-    assert!(e.message.contains("Earth") && e.help.is_some());
-    let no_date = MsisParams { planet: PlanetParams::of(Centre::Earth), ..p };
+    assert!(e.message.contains("`earth`") && e.help.is_some());
+    let no_date = MsisParams { world: handle(WorldParams::of(Centre::Earth)), ..p };
     let e = MsisAtmosphere::build(no_date, &Files::default()).err().unwrap();
     assert!(e.message.contains("needs an epoch"), "{}", e.message);
 }
 
-pub(super) fn bare(planet: PlanetParams) -> MarsAirParams {
+pub(super) fn bare(planet: WorldParams) -> MarsAirParams {
     MarsAirParams {
         table: None,
         climate: vec![],
         season: None,
         dust: None,
-        planet,
+        world: handle(planet),
         winds: vec![],
         wind_table: None,
         density: vec![],
@@ -105,7 +117,7 @@ fn season_and_dust_choose_the_air_of_mars() {
         table(200.0, 0.1, "autumn_clear.txt"),
         table(20.0, 1.1, "spring_dusty.txt"),
     ];
-    let p = MarsAirParams { climate, ..bare(PlanetParams::of(Centre::Mars)) };
+    let p = MarsAirParams { climate, ..bare(WorldParams::of(Centre::Mars)) };
     let at = |p: &MarsAirParams, season: Option<f64>, dust: Option<f64>| {
         let season = season.map(f64::to_radians);
         MarsAtmosphere::build(MarsAirParams { season, dust, ..p.clone() }, &files)
@@ -129,7 +141,8 @@ fn season_and_dust_choose_the_air_of_mars() {
     near(air(110.0, 0.1, 20_000.0), middle, 0.5 * (200.0 + 190.0));
     // The season of a date: L_s 327.3° on 2004-01-03, Mars24's second example.
     let epoch = Some("2004-01-03 13:46:31 UTC".to_string());
-    let dated = MarsAirParams { planet: PlanetParams { epoch, ..p.planet.clone() }, ..p.clone() };
+    let dated =
+        MarsAirParams { world: handle(WorldParams { epoch, ..fixed(Centre::Mars) }), ..p.clone() };
     let of_date = at(&dated, None, Some(0.1)).unwrap().air(0.0, Vec3::x() * 3_396_190.0);
     let there = air(327.324_16, 0.1, 0.0);
     assert!((of_date.density / there.density - 1.0).abs() < 1e-7, "{}", of_date.density);
@@ -144,13 +157,13 @@ fn season_and_dust_choose_the_air_of_mars() {
     assert!(refused(&hole, Some(20.0), Some(0.1)).contains("0 tables at the season 20.0°"));
     let both = MarsAirParams { table: Some("spring_clear.txt".into()), ..p.clone() };
     assert!(refused(&both, Some(20.0), Some(0.1)).contains("both given"));
-    let none = bare(PlanetParams::of(Centre::Mars));
+    let none = bare(WorldParams::of(Centre::Mars));
     assert!(refused(&none, None, Some(0.1)).contains("`dust` without `climate`"));
 }
 
 #[test]
 fn the_air_of_mars_from_a_line_or_a_table() {
-    let planet = PlanetParams::of(Centre::Mars);
+    let planet = WorldParams::of(Centre::Mars);
     let p = MarsAirParams { table: None, ..bare(planet) };
     let simple = MarsAtmosphere::build(p.clone(), &Files::default()).unwrap();
     let point = |h: f64| Vec3::x() * (3_396_190.0 + h);
@@ -181,7 +194,7 @@ fn the_air_of_mars_from_a_line_or_a_table() {
 
 #[test]
 fn the_air_of_a_day_is_that_of_the_model_times_a_factor_by_height() {
-    let planet = PlanetParams::of(Centre::Mars);
+    let planet = WorldParams::of(Centre::Mars);
     let of = |density: Vec<DensityLayer>| {
         let p = MarsAirParams { density, ..bare(planet.clone()) };
         MarsAtmosphere::build(p, &Files::default())
@@ -215,18 +228,25 @@ fn where_data_end_the_user_says_what_happens() {
     let rows = "HgtMOLA Temp Denkgm3\n0 220 0.02\n10 200 0.005\n";
     std::fs::write(dir.path().join("air.txt"), rows).unwrap();
     let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
-    let earth = PlanetParams { epoch, ..PlanetParams::of(Centre::Earth) };
-    let mars = PlanetParams::of(Centre::Mars);
+    let earth = WorldParams { epoch, ..fixed(Centre::Earth) };
+    let mars = WorldParams::of(Centre::Mars);
     let us76 = |outside| -> Box<dyn Atmosphere> {
-        let planet = earth.clone();
-        let p = Us76Params { planet, winds: vec![], wind_table: None, density: vec![], outside };
+        let world = handle(earth.clone());
+        let p = Us76Params {
+            world,
+            winds: vec![],
+            wind_table: None,
+            density: vec![],
+            temperature_offset: 0.0,
+            outside,
+        };
         Box::new(StandardAtmosphere::build(p, &files).unwrap())
     };
     let msis = |outside| -> Box<dyn Atmosphere> {
         let (f107, f107_mean, ap) = (150.0, None, 4.0);
-        let (winds, density, planet) = (vec![], vec![], earth.clone());
+        let (winds, density, world) = (vec![], vec![], handle(earth.clone()));
         let wind_table = None;
-        let p = MsisParams { planet, f107, f107_mean, ap, winds, wind_table, density, outside };
+        let p = MsisParams { world, f107, f107_mean, ap, winds, wind_table, density, outside };
         Box::new(MsisAtmosphere::build(p, &files).unwrap())
     };
     let mars_air = |table: Option<&str>, outside| -> Box<dyn Atmosphere> {
@@ -272,7 +292,14 @@ fn where_data_end_the_user_says_what_happens() {
 fn winds_that_do_not_rise_are_refused() {
     let layer = |altitude: f64| WindLayer { altitude, east: 1.0, north: 0.0, up: 0.0 };
     let winds = vec![layer(10.0), layer(10.0)];
-    let p = Us76Params { planet: earth(), winds, wind_table: None, density: vec![], outside: None };
+    let p = Us76Params {
+        world: handle(earth()),
+        winds,
+        wind_table: None,
+        density: vec![],
+        temperature_offset: 0.0,
+        outside: None,
+    };
     let e = StandardAtmosphere::build(p, &Files::default()).err().unwrap();
     assert!(e.message.contains("altitude 10 m") && e.param.as_deref() == Some("winds"));
 }
@@ -285,21 +312,28 @@ fn winds_come_from_a_file() {
     let write = |text: &str| std::fs::write(dir.path().join("wind.csv"), text).unwrap();
     write("altitude, east, north, up\n0, 4, -2, 0\n10000, 24, 8, 1\n");
     let epoch = Some("2012-08-06 05:17:57 UTC".to_string());
-    let earth = PlanetParams { epoch, ..PlanetParams::of(Centre::Earth) };
+    let earth = WorldParams { epoch, ..fixed(Centre::Earth) };
     let table = || Some("wind.csv".to_string());
     let us76 = |winds, wind_table| -> Result<Box<dyn Atmosphere>, BuildError> {
-        let planet = earth.clone();
-        let p = Us76Params { planet, winds, wind_table, density: vec![], outside: None };
+        let world = handle(earth.clone());
+        let p = Us76Params {
+            world,
+            winds,
+            wind_table,
+            density: vec![],
+            temperature_offset: 0.0,
+            outside: None,
+        };
         Ok(Box::new(StandardAtmosphere::build(p, &files)?))
     };
     let msis = |winds, wind_table| -> Result<Box<dyn Atmosphere>, BuildError> {
         let (f107, f107_mean, ap) = (150.0, None, 4.0);
-        let (density, planet, outside) = (vec![], earth.clone(), None);
-        let p = MsisParams { planet, f107, f107_mean, ap, winds, wind_table, density, outside };
+        let (density, world, outside) = (vec![], handle(earth.clone()), None);
+        let p = MsisParams { world, f107, f107_mean, ap, winds, wind_table, density, outside };
         Ok(Box::new(MsisAtmosphere::build(p, &files)?))
     };
     let mars = |winds, wind_table| -> Result<Box<dyn Atmosphere>, BuildError> {
-        let p = MarsAirParams { winds, wind_table, ..bare(PlanetParams::of(Centre::Mars)) };
+        let p = MarsAirParams { winds, wind_table, ..bare(WorldParams::of(Centre::Mars)) };
         Ok(Box::new(MarsAtmosphere::build(p, &files)?))
     };
     let layer = |altitude: f64, east: f64, north: f64, up: f64| {

@@ -5,9 +5,11 @@
 //! M = M_ref + p_ref × F + q S D²/(2V) (C_lp p, C_mq q, C_mq r)       p_ref: from the node, body axes
 //! q̇ = k √(ρ/r_n) V³      Q = ∫ q̇ dt              heat at the stagnation point (Sutton, Graves)
 //! ```
+//! Nothing pushes along the velocity: C_A cos α_t + C_N sin α_t ≥ 0 is required of the tables, and beyond their end what would push is left out.
 //! Positive C_m raises the nose at positive α; a stable shell has a negative one. Tables are linear
 //! between their points; where they end, `outside` says what happens: the value at the end, or an end of the run at that instant.
 
+use super::air_data::heating_constant;
 use super::air_data::{AirData, Outside};
 use crate::table::Surface;
 use linkwork_runtime::prelude::*;
@@ -48,9 +50,9 @@ pub struct AxisymmetricParams {
     /// Nose radius, for heating.
     #[param(unit = "m", default = 1.0, range = 1e-6..)]
     pub nose_radius: f64,
-    /// Sutton-Graves constant, SI: Mars 1.9027e-4, Earth 1.7415e-4.
-    #[param(default = 1.9027e-4, range = 0.0..)]
-    pub heating_constant: f64,
+    /// Constant k (kg^½/m) of Sutton and Graves; default: from the gas of the atmosphere.
+    #[param(range = 0.0..)]
+    pub heating_constant: Option<f64>,
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
@@ -199,7 +201,12 @@ impl Scales {
     ) -> AxisymmetricOut {
         let lean = a.lean();
         let qs = a.pressure * self.area;
-        let force = Vec3::new(-axial, -normal * lean.y, -normal * lean.z) * qs;
+        let mut force = Vec3::new(-axial, -normal * lean.y, -normal * lean.z) * qs;
+        // Coefficients that are held beyond the end of their table may push.
+        let push = force.dot(&a.velocity);
+        if push > 0.0 {
+            force -= a.velocity * (push / (a.speed * a.speed));
+        }
         let about = Vec3::new(0.0, lean.z, -lean.y) * (qs * self.length * pitch);
         // q S D²/(2V) = ρ V S D²/4, which is no division by zero at rest.
         let rate = 0.25 * a.density * a.speed * self.area * self.length * self.length;
@@ -271,8 +278,22 @@ impl Model for Axisymmetric {
         };
         let tables =
             [table(&p.axial, "axial")?, table(&p.normal, "normal")?, table(&p.pitch, "pitch")?];
+        for (k, angle) in p.angles.iter().enumerate() {
+            let (sin, cos) = angle.sin_cos();
+            let along = |(axial, normal): (&f64, &f64)| axial * cos + normal * sin;
+            let row = p.axial[k].iter().zip(&p.normal[k]).map(along);
+            if let Some(push) = row.into_iter().find(|along| !(*along > -1e-6)) {
+                let fact = format!(
+                    "C_A cos α + C_N sin α is {push:.4} at {:.2} deg: the air would push the body on",
+                    angle.to_degrees()
+                );
+                let help = "C_A is along the body axis: beyond 90 deg a drag has a negative C_A";
+                return Err(BuildError::new(fact).help(help).at("axial"));
+            }
+        }
         let AxisymmetricParams { area, length, reference, damping, .. } = p;
-        let (heating_constant, nose_radius) = (p.heating_constant, p.nose_radius);
+        let (constant, nose_radius) = (p.heating_constant, p.nose_radius);
+        let heating_constant = heating_constant(constant, &p.atmosphere)?;
         let scales = Scales { area, length, reference, damping, heating_constant, nose_radius };
         Ok(Axisymmetric { p, scales, tables })
     }
@@ -347,7 +368,7 @@ mod tests {
             air_rate: Vec3::zeros(),
             outside,
             nose_radius: 0.5,
-            heating_constant: 1.9027e-4,
+            heating_constant: Some(1.9027e-4),
             atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
         })
         .unwrap()
@@ -378,7 +399,9 @@ mod tests {
         let y = at(&m, Vec3::new(490.0, 0.0, 80.0), Vec3::zeros());
         assert!(y.alpha > 0.0 && y.load.force.z < 0.0);
         let heat = 1.9027e-4 * (0.02f64 / 0.5).sqrt() * y.airspeed.powi(3);
-        assert!((y.heating - heat).abs() < 1e-9 * heat);
+        let free = 0.5 * 0.02 * y.airspeed.powi(3);
+        let bounded = heat / (1.0 + (heat / free).powi(2)).sqrt();
+        assert!((y.heating - bounded).abs() < 1e-9 * heat);
     }
 
     #[test]
@@ -392,6 +415,34 @@ mod tests {
         let want = Vec3::new(-0.1 * 0.3, 0.3 * 0.2, -0.2 * 0.5) * scale;
         assert!((damping - want).norm() < 1e-12 && damping.dot(&omega) < 0.0);
         assert_eq!(at(&m, Vec3::zeros(), omega).load, Wrench::zero());
+    }
+
+    /// A capsule whose table ends at 0.4 rad and that flies backwards is not driven on: C_A of the end would push it with 1.3 q S.
+    #[test]
+    fn nothing_pushes_along_the_velocity() {
+        let m = capsule(Outside::Clamp);
+        for angle in [0.0, 0.3, 1.0, 1.6, 2.0, 3.0, std::f64::consts::PI] {
+            let (sin, cos) = f64::sin_cos(angle);
+            let v = Vec3::new(cos, 0.6 * sin, -0.8 * sin) * 500.0;
+            let power = at(&m, v, Vec3::zeros()).load.force.dot(&v);
+            assert!(power < 1e-6, "{angle}: {power} W");
+        }
+        let with = |axial: Vec<Vec<f64>>| {
+            Axisymmetric::build(AxisymmetricParams {
+                angles: vec![0.0, std::f64::consts::PI],
+                normal: vec![vec![0.0]; 2],
+                pitch: vec![vec![0.0]; 2],
+                axial,
+                ..capsule(Outside::Clamp).p
+            })
+        };
+        assert!(with(vec![vec![1.6], vec![-0.9]]).is_ok());
+        let e = with(vec![vec![1.6], vec![0.9]]).err().unwrap();
+        assert!(
+            e.param.as_deref() == Some("axial") && e.message.contains("180.00 deg"),
+            "{}",
+            e.message
+        );
     }
 
     #[test]

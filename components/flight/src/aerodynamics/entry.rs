@@ -8,7 +8,7 @@
 //! C_D and L/D are tables over Mach number, linear, clamped at their ends; that the flow left them is an
 //! event, at which `outside` says whether the run stops. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
 
-use super::air_data::{AirData, Outside, gusty};
+use super::air_data::{AirData, Outside, gusty, heating_constant};
 use super::axisymmetric::{Edge, Heat, Left, Passed, leaves, remark};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
@@ -35,12 +35,18 @@ pub struct EntryParams {
     /// Nose radius, for heating.
     #[param(unit = "m", default = 1.0, range = 1e-6..)]
     pub nose_radius: f64,
-    /// Sutton-Graves constant, SI: Mars 1.9027e-4, Earth 1.7415e-4.
-    #[param(default = 1.9027e-4, range = 0.0..)]
-    pub heating_constant: f64,
+    /// Constant k (kg^½/m) of Sutton and Graves; default: from the gas of the atmosphere.
+    #[param(range = 0.0..)]
+    pub heating_constant: Option<f64>,
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
+    /// The world, for the vertical; without one the ground is level.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
+    /// Gravity, for the vertical of level ground.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// Body and bank.
@@ -94,6 +100,8 @@ pub struct EntryAerodynamics {
     p: EntryParams,
     drag: Curve,
     ratio: Curve,
+    vertical: Vertical,
+    heating: f64,
 }
 
 /// Force on a point: `lift` and `drag` (N) along a path through the air.
@@ -140,7 +148,16 @@ impl Model for EntryAerodynamics {
     fn build(p: EntryParams) -> Result<Self, BuildError> {
         let (drag, ratio) =
             (Curve::new(&p.drag, "drag")?, Curve::new(&p.lift_to_drag, "lift_to_drag")?);
-        Ok(EntryAerodynamics { p, drag, ratio })
+        let drag = drag.not_negative("C_D", "drag")?;
+        let heating = heating_constant(p.heating_constant, &p.atmosphere)?;
+        // Without lift the vertical does not matter.
+        let lifts = p.lift_to_drag.iter().any(|row| row[1] != 0.0);
+        let vertical = match Vertical::new(p.world.as_ref(), p.gravity.as_ref()) {
+            Ok(vertical) => vertical,
+            Err(e) if lifts => return Err(e),
+            Err(_) => Vertical::Level,
+        };
+        Ok(EntryAerodynamics { p, drag, ratio, vertical, heating })
     }
     fn moore(&self, _: &Clock, x: &Heat, d: &Left) -> Passed {
         Passed { heat_load: x.load, outside: d.outside }
@@ -152,8 +169,7 @@ impl Model for EntryAerodynamics {
         let drag = a.pressure * p.area * self.drag.at(a.mach) * p.drag_factor;
         let lift = drag * self.ratio.at(a.mach) * p.lift_to_drag_factor;
         let through = u.body.rotation * a.velocity;
-        let from_centre = |s: Site| s.from_centre(&u.body.position);
-        let up = p.atmosphere.site().map_or(u.body.position, from_centre);
+        let up = self.vertical.up(c.t, &u.body.position);
         let force = force(&through, &up, u.bank, lift, drag);
         EntryOut {
             load: Wrench { moment: Vec3::zeros(), force },
@@ -164,7 +180,7 @@ impl Model for EntryAerodynamics {
             dynamic_pressure: a.pressure,
             density: a.density,
             ambient_pressure: air.pressure,
-            heating: a.heating(p.heating_constant, p.nose_radius),
+            heating: a.heating(self.heating, p.nose_radius),
         }
     }
     fn deriv(

@@ -48,9 +48,9 @@ pub struct PanelParams {
     /// Temperature of the wall.
     #[param(unit = "K", default = 300.0, range = 1.0..)]
     pub wall_temperature: f64,
-    /// Molar mass of the gas: air 0.02897, carbon dioxide 0.04401.
-    #[param(unit = "kg/mol", default = 0.02897, range = 1e-3..)]
-    pub molar_mass: f64,
+    /// Molar mass of the gas; default: by pressure, density and temperature of the atmosphere, R ρ T/p.
+    #[param(unit = "kg/mol", range = 1e-3..)]
+    pub molar_mass: Option<f64>,
     /// Diameter of a molecule.
     #[param(unit = "m", default = 3.7e-10, range = 1e-11..)]
     pub molecule: f64,
@@ -90,6 +90,12 @@ pub struct PanelOut {
 /// Gas constant, J/(mol K), and Avogadro's number (both exact).
 const GAS: f64 = 8.314_462_618_153_24;
 const AVOGADRO: f64 = 6.022_140_76e23;
+
+/// Molar mass of the perfect gas that `air` is, kg/mol; hydrogen where there is no gas.
+fn molar_mass(air: &Air) -> f64 {
+    let here = GAS * air.density * air.temperature / air.pressure;
+    if here.is_finite() && here > 0.0 { here } else { 1.008e-3 }
+}
 
 /// Force and moment coefficients times area (m², m³), body axes: what q is multiplied with.
 ///
@@ -163,13 +169,14 @@ impl Model for PanelAerodynamics {
         let p = &self.p;
         let air = gusty(&p.atmosphere, c.t, &u.body.position, &u.gust);
         let data = AirData::of(&u.body, &air, &Vec3::zeros());
-        let molecule = p.molar_mass / AVOGADRO;
+        let molar_mass = p.molar_mass.unwrap_or_else(|| molar_mass(&air));
+        let molecule = molar_mass / AVOGADRO;
         let area = 2f64.sqrt() * std::f64::consts::PI * p.molecule * p.molecule;
         // Without any air the flow is free, and the force zero.
         let knudsen = (molecule / (area * air.density * p.length)).min(1e12);
         let mut load = Wrench::zero();
         if data.speed > 0.0 && data.pressure > 0.0 {
-            let thermal = (2.0 * GAS / p.molar_mass * air.temperature).sqrt();
+            let thermal = (2.0 * GAS / molar_mass * air.temperature).sqrt();
             let gas = (data.speed / thermal, p.diffuse, p.wall_temperature / air.temperature);
             let direction = data.velocity / data.speed;
             let (f, m) = sum(&p.panels, &direction, p.pressure_max, bridge(knudsen), gas);
@@ -270,10 +277,21 @@ mod tests {
             length: 1.0,
             diffuse: 1.0,
             wall_temperature: 300.0,
-            molar_mass: 0.02897,
+            molar_mass: Some(0.02897),
             molecule: 3.7e-10,
             atmosphere,
         })
+    }
+
+    /// US Standard Atmosphere 1976 at 400 km: 2.803e-12 kg/m³, 995.83 K, 1.4524e-6 Pa, whose molecular mass is 15.98 g/mol: atomic oxygen.
+    #[test]
+    fn the_gas_is_that_of_the_atmosphere() {
+        let (density, temperature, pressure) = (2.803e-12, 995.83, 1.4524e-6);
+        let air =
+            Air { density, pressure, temperature, speed_of_sound: 850.0, wind: Vec3::zeros() };
+        assert!((molar_mass(&air) / 0.01598 - 1.0).abs() < 2e-3, "{}", molar_mass(&air));
+        let none = Air { density: 0.0, pressure: 0.0, ..air };
+        assert!(molar_mass(&none) > 0.0);
     }
 
     #[test]

@@ -7,8 +7,9 @@
 //! ```
 //! The closed form holds where the stream wets all of the fore-body: total angle of attack up to the half-angle. Above it,
 //! `outside` says what happens: the coefficients at the half-angle, or an end of the run. C_p,max is that of M → ∞: at
-//! Mach 3 it is 5 % too high for air, and below the flow is not Newtonian.
+//! Mach 3 it is 5 % too high for air, and below the flow is not Newtonian: below Mach 1 `outside` counts, too.
 
+use super::air_data::heating_constant;
 use super::air_data::{AirData, Outside};
 use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, LEAVES, Left, Passed, Scales};
 use super::sphere_cone::{SphereCone, base_pressure, pressure_max};
@@ -37,7 +38,7 @@ pub struct SphereConeParams {
     #[param(unit = "m", range = 1e-6..)]
     pub base_radius: f64,
     /// Ratio of heats of the gas: air 1.4, carbon dioxide 1.29; 1: the pressure coefficient 2 of Newton.
-    #[param(default = 1.4, range = 1.0..=2.0)]
+    #[param(range = 1.0..=2.0)]
     pub gamma: f64,
     /// What pulls on the base: viking, none.
     #[param(default = Base::Viking)]
@@ -51,12 +52,12 @@ pub struct SphereConeParams {
     /// How the air turns with its planet, W, for the damping; zero: inertial rates.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
-    /// What happens above the half-angle: clamp, stop.
+    /// What happens above the half-angle and below Mach 1: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
-    /// Sutton-Graves constant, SI: Mars 1.9027e-4, Earth 1.7415e-4.
-    #[param(default = 1.9027e-4, range = 0.0..)]
-    pub heating_constant: f64,
+    /// Constant k (kg^½/m) of Sutton and Graves; default: from the gas of the atmosphere.
+    #[param(range = 0.0..)]
+    pub heating_constant: Option<f64>,
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
@@ -70,15 +71,26 @@ pub struct SphereConeShell {
 }
 
 impl SphereConeShell {
-    /// The flow, and how far below the half-angle it is, as a share of it.
+    /// The flow, and how far below the half-angle it is, as a share of it, or above Mach 1.
     fn air(&self, t: f64, u: &BodyIn) -> (AirData, f64) {
         let data = AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate, &u.gust);
-        (data, (self.p.half_angle - data.alpha_total()) / self.p.half_angle)
+        let by_angle = (self.p.half_angle - data.alpha_total()) / self.p.half_angle;
+        // Without air the Mach number says nothing.
+        let fast = if data.density > 0.0 { data.mach - 1.0 } else { by_angle };
+        (data, by_angle.min(fast))
     }
 
-    /// What is said of a flow that `does` so at a total angle of attack (rad).
-    fn above(&self, does: &str, alpha_total: f64) -> BuildError {
-        let (total, half) = (alpha_total.to_degrees(), self.p.half_angle.to_degrees());
+    /// The warning about a flow that `does` so.
+    fn beyond(&self, does: &str, a: &AirData) -> BuildError {
+        let (total, half) = (a.alpha_total().to_degrees(), self.p.half_angle.to_degrees());
+        if total <= half {
+            let fact = format!(
+                "the flow {does} at Mach {:.4}: pressures of Newtonian flow are those far above Mach 1",
+                a.mach
+            );
+            let remedy = "take `flight.axisymmetric_aerodynamics` with tables";
+            return self.p.outside.says(fact, "the coefficients of fast flow are", remedy);
+        }
         let fact = format!(
             "the flow {does} at a total angle of attack of {total:.2} deg, above the half-angle of {half:.2} deg: \
              it does not wet all of the fore-body"
@@ -106,7 +118,7 @@ impl Model for SphereConeShell {
             length: 2.0 * p.base_radius,
             reference: p.nose,
             damping: p.damping,
-            heating_constant: p.heating_constant,
+            heating_constant: heating_constant(p.heating_constant, &p.atmosphere)?,
             nose_radius: bluntness * p.base_radius,
         };
         Ok(SphereConeShell { p, shape, scales })
@@ -151,13 +163,12 @@ impl Model for SphereConeShell {
         _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        (which == LEAVES && !d.outside)
-            .then(|| self.above("goes on", self.air(c.t, u).0.alpha_total()))
+        (which == LEAVES && !d.outside).then(|| self.beyond("goes on", &self.air(c.t, u).0))
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         let (a, inside) = self.air(c.t, u);
         let outside = inside < 0.0;
-        outside.then(|| self.above("begins", a.alpha_total())).into_iter().collect()
+        outside.then(|| self.beyond("begins", &a)).into_iter().collect()
     }
 }
 
@@ -188,7 +199,7 @@ mod tests {
             damping: Vec3::zeros(),
             air_rate: Vec3::zeros(),
             outside: Outside::Clamp,
-            heating_constant: 1.9027e-4,
+            heating_constant: Some(1.9027e-4),
             atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),
         }
     }
@@ -263,7 +274,9 @@ mod tests {
         assert!((at(&based, &u).load.moment - without.load.moment).norm() < 1e-9);
         // The heat is that of a nose of half the base radius.
         let heat = 1.9027e-4 * (0.02f64 / (0.5 * RADIUS)).sqrt() * 1250f64.powi(3);
-        assert!((without.heating - heat).abs() < 1e-9 * heat);
+        let free = 0.5 * 0.02 * without.airspeed.powi(3);
+        let bounded = heat / (1.0 + (heat / free).powi(2)).sqrt();
+        assert!((without.heating - bounded).abs() < 1e-9 * heat);
     }
 
     #[test]
@@ -277,6 +290,20 @@ mod tests {
         let want = Vec3::new(-0.1 * 0.3, 0.3 * 0.2, -0.2 * 0.5) * scale;
         assert!((u.body.rotation.inverse() * moment - want).norm() < 1e-9);
         assert!(moment.dot(&u.body.angular) < 0.0);
+    }
+
+    #[test]
+    fn below_mach_1_it_says_that_the_flow_is_not_newtonian() {
+        let (c, (x, d)) = (Clock::at(0.0, 0.01, 0), STATE);
+        let m = shell(params());
+        let at = |speed| inputs(0.1, 0.0, speed, Vec3::zeros());
+        assert!(m.remarks(&c, &x, &d, &(), &at(260.0), &()).is_empty());
+        let slow = m.remarks(&c, &x, &d, &(), &at(75.0), &());
+        assert!(slow.len() == 1 && slow[0].message.contains("Mach 0.3000"));
+        assert!(m.guards(&c, &x, &d, &(), &at(75.0), &()).inside < 0.0);
+        assert!(
+            m.tells(&c, 0, &x, &d, &(), &at(249.0), &()).unwrap().message.contains("Mach 0.99")
+        );
     }
 
     /// Where a part of the fore-body is in the lee: the end of the closed form, said once, or what stops the run.

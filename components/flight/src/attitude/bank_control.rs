@@ -10,7 +10,7 @@
 //! the second-order system s² + λ s + λ k; λ = 4 k is critical damping. With the nose along the velocity (sin below 1e-3), or straight
 //! up or down, there is no lift to turn, and w = 0. The path's own turning (g cos γ/V, mrad/s) is not fed forward.
 
-use super::super::guidance::planet::{Seen, over_ground};
+use super::super::guidance::planet::Frame;
 use linkwork_runtime::prelude::*;
 
 /// Body, gains and limits.
@@ -34,12 +34,12 @@ pub struct BankControlParams {
     /// Greatest torque about each axis.
     #[param(unit = "N m", default = f64::INFINITY, range = 0.0..)]
     pub torque_max: f64,
-    /// Rate of the planet about z of W; unwritten: of the site that W is, or of Mars.
-    #[param(unit = "rad/s")]
-    pub planet_rate: Option<f64>,
-    /// Gravity, which knows the site.
+    /// The world; without one the ground is level.
     #[param(service)]
-    pub gravity: Handle<dyn Gravity>,
+    pub world: Option<Handle<dyn World>>,
+    /// Gravity, for the vertical of level ground.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// What is known of the capsule, and what is wanted.
@@ -71,7 +71,7 @@ pub struct BankControlOut {
 pub struct BankControl {
     p: BankControlParams,
     nose: Vec3,
-    planet: Seen,
+    frame: Frame,
 }
 
 /// Bank of a body whose nose is `n`, and the unit velocity: none where one of the two planes is none.
@@ -106,15 +106,15 @@ impl Model for BankControl {
                 .help("write a direction in body axes, e.g. nose: [1, 0, 0]")
                 .at("nose"));
         }
-        let planet = Seen::new(&p.gravity, p.planet_rate)?;
-        Ok(BankControl { nose: p.nose.normalize(), planet, p })
+        let frame = Frame::new(p.world.as_ref(), p.gravity.as_ref())?;
+        Ok(BankControl { nose: p.nose.normalize(), frame, p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &BankControlIn) -> BankControlOut {
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &BankControlIn) -> BankControlOut {
         let p = &self.p;
-        let body = self.planet.node(&u.body);
-        let over = over_ground(&body, self.planet.rate);
+        let body = &u.body;
+        let over = self.frame.over_ground(body);
         let to_body = body.rotation.inverse();
-        let found = bank(&(body.rotation * self.nose), &over, &body.position);
+        let found = bank(&(body.rotation * self.nose), &over, &self.frame.up(c.t, &body.position));
         let (measured, wanted) = found.unwrap_or((0.0, Vec3::zeros()));
         let turn = u.bank - measured;
         let error = if found.is_some() { turn.sin().atan2(turn.cos()) } else { 0.0 };
@@ -129,12 +129,10 @@ impl Model for BankControl {
 #[cfg(test)]
 mod tests {
     use super::super::super::aerodynamics::entry::force;
-    use super::super::super::guidance::planet::tests::Point;
     use super::*;
-    use std::sync::Arc;
+    use linkwork_runtime::PlainWorld;
 
     fn params() -> BankControlParams {
-        let point = Point { mu: 4.282_837e13, site: None };
         BankControlParams {
             inertia: Vec3::new(5600.0, 4100.0, 3900.0),
             nose: Vec3::x(),
@@ -142,8 +140,8 @@ mod tests {
             damping: 1.2,
             rate_max: 0.35,
             torque_max: f64::INFINITY,
-            planet_rate: Some(0.0),
-            gravity: Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>),
+            world: Some(PlainWorld::inertial(4.282_837e13, 3.39e6, 0.0).handle()),
+            gravity: None,
         }
     }
 

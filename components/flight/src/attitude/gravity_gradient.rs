@@ -7,6 +7,7 @@
 //! that are small or locked together need one part with the inertia of the whole, written, on one of them; of bodies far apart the pull on
 //! each one gives the torque of their distance, and a part on each that of its own inertia, which it knows from the body.
 
+use crate::orbit::body_mu;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::{MassProperties, Mat3};
 use linkwork_world::gravity::torque;
@@ -14,19 +15,16 @@ use linkwork_world::gravity::torque;
 /// Planet and body.
 #[derive(Params, Clone, Debug)]
 pub struct GravityGradientParams {
-    /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node; unwritten: those of the body itself, without what wires
+    /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node; default: those of the body itself, without what wires
     /// add to it. Written of the whole where bodies are locked together: the node is then taken for its centre of mass.
     #[param(unit = "kg m^2")]
     pub inertia: Option<Vec3>,
     /// With `inertia`, the rest of its matrix: xy, xz, yz.
     #[param(unit = "kg m^2", default = Vec3::zeros())]
     pub products: Vec3,
-    /// μ of the planet.
-    #[param(unit = "m^3/s^2", default = 3.986_004_418e14, range = 1e-9..)]
-    pub mu: f64,
-    /// Gravity, which knows the site that W may be; otherwise the planet is at the origin of W.
+    /// The world, whose body pulls.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Handle<dyn World>,
 }
 
 /// The body.
@@ -87,8 +85,8 @@ impl Model for GravityGradient {
                 .help("write both, or neither: the body's own is taken")
                 .at("products"));
         }
-        let site = p.gravity.as_ref().and_then(|g| g.site());
-        Ok(GravityGradient { mu: p.mu, inertia, site })
+        let (mu, site) = (body_mu(&p.world)?, p.world.axes().place());
+        Ok(GravityGradient { mu, inertia, site })
     }
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &GravityGradientIn) -> GravityGradientOut {
         let (inertia, at) = match self.inertia {
@@ -122,13 +120,15 @@ impl Model for GravityGradient {
 mod tests {
     use super::*;
     use crate::attitude::tests::fast_site;
+    use linkwork_runtime::PlainWorld;
+
+    const MU: f64 = 3.986_004_418e14;
 
     fn params() -> GravityGradientParams {
         GravityGradientParams {
             inertia: Some(Vec3::new(900.0, 1100.0, 1500.0)),
             products: Vec3::new(20.0, -15.0, 30.0),
-            mu: 3.986_004_418e14,
-            gravity: None,
+            world: PlainWorld::inertial(MU, 6_378_137.0, 0.0).handle(),
         }
     }
 
@@ -192,7 +192,7 @@ mod tests {
             let axis = spread.eigenvectors.column(k) * (spread.eigenvalues[k] / mass).sqrt();
             for arm in [axis, -axis] {
                 let at = r + arm;
-                moment += arm.cross(&(at * (-p.mu * 0.5 * mass / at.norm().powi(3))));
+                moment += arm.cross(&(at * (-MU * 0.5 * mass / at.norm().powi(3))));
             }
         }
         assert!((moment - golden).norm() < 1e-4 * golden.norm(), "{moment}");
@@ -200,13 +200,14 @@ mod tests {
 
     #[test]
     fn from_a_site_it_is_that_of_inertial_axes() {
-        let (site, gravity) = fast_site();
+        let (site, _) = fast_site();
+        let world = PlainWorld::of_site(MU, 6_378_137.0, site).handle();
         let body = NodeState {
             position: Vec3::new(3e5, -2e5, 1e5),
             rotation: Quat::from_euler_angles(0.4, 0.2, -0.6),
             ..NodeState::identity()
         };
-        let here = at(GravityGradientParams { gravity: Some(gravity), ..params() }, body);
+        let here = at(GravityGradientParams { world, ..params() }, body);
         let turn = site.to_inertial(40.0);
         let position = turn * site.from_centre(&body.position);
         let outside = NodeState { position, rotation: turn * body.rotation, ..body };

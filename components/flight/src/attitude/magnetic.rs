@@ -4,8 +4,7 @@
 //! degree   B = −∇V, V = a Σ (a/r)ⁿ⁺¹ Σ P̃_nm(sin φ)(g cos mλ + h sin mλ): IGRF-14 at the epoch, to the degree that is written
 //! M = d × B                                  d: the dipole of the coils, body axes, within its limit by axis
 //! ```
-//! Axes and epoch are those of the planet that gravity has, so that the two cannot disagree; in a site the field stands still in W. Where gravity knows
-//! none, the planet turns about z of W. The field of the epoch is kept: it changes by some 100 nT a year. Currents in the ionosphere and
+//! Axes and epoch are those of the world, so that no two parts can disagree; in a site the field stands still in W. The field of the epoch is kept: it changes by some 100 nT a year. Currents in the ionosphere and
 //! beyond are not in it.
 
 use linkwork_runtime::prelude::*;
@@ -16,24 +15,15 @@ use linkwork_world::planet::Epoch;
 /// A planet's dipole, or the reference field of the Earth.
 #[derive(Params, Clone, Debug)]
 pub struct FieldParams {
-    /// (g₁¹, h₁¹, g₁⁰); unwritten, and without `degree`: as it stands of the Earth in 2020 (IGRF).
+    /// (g₁¹, h₁¹, g₁⁰); unwritten, and without `degree`: at the Earth that of 2020 (IGRF).
     #[param(unit = "T")]
     pub dipole: Option<Vec3>,
-    /// Degree of IGRF-14 instead of a dipole, 13 at the most; needs an epoch.
+    /// Degree of IGRF-14 instead of a dipole, 13 at the most; needs the Earth and an epoch, 1900 to 2030.
     #[param(range = 1.0..=13.0)]
     pub degree: Option<usize>,
-    /// Date of t = 0, 1900 to 2030, for `degree`, where the `planet` of gravity has none.
-    #[param(default = None)]
-    pub epoch: Option<String>,
-    /// Rate of the planet about z of W where gravity has no `planet`; unwritten: the Earth's.
-    #[param(unit = "rad/s")]
-    pub rate: Option<f64>,
-    /// Angle from x of W to its prime meridian at t = 0 where gravity has no `planet`; unwritten: 0.
-    #[param(unit = "rad")]
-    pub angle: Option<f64>,
-    /// Gravity, whose planet has this field.
+    /// The world, whose body has this field.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Handle<dyn World>,
 }
 
 /// Where.
@@ -71,22 +61,12 @@ impl Source {
     }
 }
 
-/// How its axes stand in W.
-enum Turn {
-    /// As those of the planet that gravity has, and the site that W may be.
-    Planet(Handle<dyn Gravity>, Option<Site>),
-    /// Rate (rad/s) and angle (rad) at t = 0 about z of W.
-    AboutZ(f64, f64),
-}
-
 /// A magnetic field.
 pub struct MagneticField {
     source: Source,
-    turn: Turn,
+    world: Handle<dyn World>,
 }
 
-/// Of the Earth, rad/s.
-const RATE: f64 = 7.292_115e-5;
 /// Of the Earth in 2020, T.
 const DIPOLE: Vec3 = Vec3::new(-1.4509e-6, 4.6525e-6, -2.94048e-5);
 
@@ -96,52 +76,40 @@ fn fault(e: &WorldError, param: &str) -> BuildError {
 }
 
 impl FieldParams {
-    /// The epoch of gravity's planet, or else the one that is written.
-    fn epoch(&self) -> Result<Epoch, BuildError> {
-        let known = self.gravity.as_ref().and_then(|g| Some((g.path(), g.epoch()?)));
-        let text = match (known, &self.epoch) {
-            (Some((path, _)), Some(_)) => {
-                let fact = format!("`epoch` is written, and the planet of `{path}` has one");
-                return Err(BuildError::new(fact).help("take `epoch` out").at("epoch"));
+    /// Refuses another body than the Earth; `what` is the Earth's.
+    fn at_the_earth(&self, what: &str, param: &str) -> Result<(), BuildError> {
+        match self.world.body() {
+            "earth" => Ok(()),
+            other => {
+                let fact =
+                    format!("{what} is that of the Earth, and `body` of `world` is `{other}`");
+                Err(BuildError::new(fact).help("write the `dipole` of that body").at(param))
             }
-            (Some((_, text)), None) => text,
-            (None, Some(text)) => text,
-            (None, None) => {
-                return Err(BuildError::new("`degree` needs an epoch, and there is none")
-                    .help("write one in the `planet` of gravity, e.g. epoch: \"2025-01-01 00:00:00 UTC\"")
-                    .at("epoch"));
-            }
-        };
-        Epoch::parse(text).map_err(|e| fault(&e, "epoch"))
+        }
     }
 
     fn source(&self) -> Result<Source, BuildError> {
         let Some(degree) = self.degree else {
-            return Ok(Source::Dipole(self.dipole.unwrap_or(DIPOLE)));
+            if let Some(dipole) = self.dipole {
+                return Ok(Source::Dipole(dipole));
+            }
+            self.at_the_earth("the dipole that is taken where none is written", "dipole")?;
+            return Ok(Source::Dipole(DIPOLE));
         };
         if self.dipole.is_some() {
             return Err(BuildError::new("`dipole` and `degree` are both written")
                 .help("take one of them out")
                 .at("dipole"));
         }
-        let igrf = Igrf::v14().truncated(degree).map_err(|e| fault(&e, "degree"))?;
-        let field = igrf.at(&self.epoch()?).map_err(|e| fault(&e, "epoch"))?;
-        Ok(Source::Reference(Box::new(field)))
-    }
-
-    fn turn(&self) -> Result<Turn, BuildError> {
-        let turning = self.gravity.as_ref().filter(|g| g.planet_axes(0.0).is_some());
-        let Some(gravity) = turning else {
-            return Ok(Turn::AboutZ(self.rate.unwrap_or(RATE), self.angle.unwrap_or(0.0)));
+        self.at_the_earth("IGRF-14", "degree")?;
+        let Some(epoch) = self.world.epoch() else {
+            return Err(BuildError::new("`degree` needs an epoch, and there is none")
+                .help("write one in `world`, e.g. epoch: \"2025-01-01 00:00:00 UTC\"")
+                .at("degree"));
         };
-        for (name, written) in [("rate", self.rate), ("angle", self.angle)] {
-            if written.is_some() {
-                let fact =
-                    format!("`{name}` is written, and `{}` knows its planet", gravity.path());
-                return Err(BuildError::new(fact).help(format!("take `{name}` out")).at(name));
-            }
-        }
-        Ok(Turn::Planet(gravity.clone(), gravity.site()))
+        let epoch = Epoch::parse(epoch).map_err(|e| fault(&e, "degree"))?;
+        let igrf = Igrf::v14().truncated(degree).map_err(|e| fault(&e, "degree"))?;
+        Ok(Source::Reference(Box::new(igrf.at(&epoch).map_err(|e| fault(&e, "degree"))?)))
     }
 }
 
@@ -152,19 +120,10 @@ impl Model for MagneticField {
     type Ud = FieldIn;
     type Yd = FieldOut;
     fn build(p: FieldParams) -> Result<Self, BuildError> {
-        Ok(MagneticField { source: p.source()?, turn: p.turn()? })
+        Ok(MagneticField { source: p.source()?, world: p.world })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &FieldIn) -> FieldOut {
-        let p = u.body.position;
-        let (turn, r) = match &self.turn {
-            Turn::Planet(gravity, site) => {
-                let axes = gravity.planet_axes(c.t).unwrap_or_else(Quat::identity);
-                (axes, site.map_or(p, |s| s.from_centre(&p)))
-            }
-            Turn::AboutZ(rate, angle) => {
-                (Quat::from_scaled_axis(Vec3::z() * (angle + rate * c.t)), p)
-            }
-        };
+        let (turn, r) = (self.world.planet_axes(c.t), self.world.from_centre(&u.body.position));
         let field = turn * self.source.at(&(turn.inverse() * r));
         FieldOut { field, in_body: u.body.rotation.inverse() * field }
     }
@@ -226,45 +185,62 @@ impl Model for MagneticTorquer {
 mod tests {
     use super::*;
     use crate::attitude::tests::fast_site;
+    use linkwork_runtime::PlainWorld;
     use std::sync::Arc;
 
-    /// A planet that turns about an axis of its own at 1e-3 rad/s.
-    struct Turning(f64);
-    impl Turning {
-        fn at(&self, t: f64) -> Quat {
-            Quat::from_euler_angles(self.0, -0.4, 0.0)
-                * Quat::from_scaled_axis(Vec3::z() * (1e-3 * t))
-        }
+    /// A body with a date, whose axes turn as they are told.
+    struct Dated {
+        body: &'static str,
+        epoch: Option<&'static str>,
+        own: PlainWorld,
     }
-    /// Its gravity, with a date.
-    struct Dated(Turning, &'static str);
-    impl Gravity for Dated {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::zeros()
+    impl World for Dated {
+        fn body(&self) -> &str {
+            self.body
         }
-        fn planet_axes(&self, t: f64) -> Option<Quat> {
-            Some(self.0.at(t))
+        fn mu(&self) -> Option<f64> {
+            None
+        }
+        fn radius(&self) -> f64 {
+            1.0
+        }
+        fn flattening(&self) -> f64 {
+            0.0
         }
         fn epoch(&self) -> Option<&str> {
-            Some(self.1)
+            self.epoch
+        }
+        fn axes(&self) -> Axes {
+            self.own.axes
+        }
+        fn planet_axes(&self, t: f64) -> Quat {
+            self.own.planet_axes(t)
+        }
+        fn planet_rate(&self, t: f64) -> Vec3 {
+            self.own.planet_rate(t)
+        }
+        fn geographic(&self, _: f64, _: Vec3) -> Option<Geographic> {
+            None
+        }
+        fn as_any(&self) -> &dyn std::any::Any {
+            self
         }
     }
 
-    fn params() -> FieldParams {
-        FieldParams {
-            dipole: None,
-            degree: None,
-            epoch: None,
-            rate: None,
-            angle: None,
-            gravity: None,
-        }
+    /// An Earth whose axes are `start` at t = 0.
+    fn turning(start: Quat, rate: f64) -> PlainWorld {
+        PlainWorld { start, ..PlainWorld::inertial(1.0, 1.0, rate) }
+    }
+
+    fn earth(own: PlainWorld, epoch: Option<&'static str>) -> FieldParams {
+        let world = Arc::new(Dated { body: "earth", epoch, own }) as Arc<dyn World>;
+        FieldParams { dipole: None, degree: None, world: Handle::new("world", world) }
     }
 
     #[test]
     fn the_field_turns_with_the_planet() {
-        let p = FieldParams { rate: Some(1e-4), angle: Some(0.3), ..params() };
-        let m = MagneticField::build(p).unwrap();
+        let start = Quat::from_scaled_axis(Vec3::z() * 0.3);
+        let m = MagneticField::build(earth(turning(start, 1e-4), None)).unwrap();
         // Computed elsewhere, in the planet's axes.
         let r = Vec3::new(6.9e6, 1.0e6, 2.0e6);
         let want =
@@ -279,23 +255,21 @@ mod tests {
 
     #[test]
     fn from_a_site_it_is_the_field_of_inertial_axes() {
-        let (site, gravity) = fast_site();
-        let p = FieldParams { gravity: Some(gravity), ..params() };
+        let (site, _) = fast_site();
         // Axes in which the planet turns about z, as the other one has them.
-        let about_z = Site { start: Quat::from_scaled_axis(Vec3::z() * 0.3), ..site };
-        let (rate, angle) = (Some(site.rate), Some(0.3));
+        let start = Quat::from_scaled_axis(Vec3::z() * 0.3);
+        let about_z = Site { start, ..site };
         let body = NodeState {
             position: Vec3::new(3e5, -2e5, 1e5),
             rotation: Quat::from_euler_angles(0.4, 0.2, -0.6),
             ..NodeState::identity()
         };
-        for (degree, epoch) in
-            [(None, None), (Some(13), Some("2025-01-01 00:00:00 UTC".to_string()))]
-        {
-            let p = FieldParams { degree, epoch, ..p.clone() };
-            let here = MagneticField::build(p.clone()).unwrap();
-            let there =
-                MagneticField::build(FieldParams { rate, angle, gravity: None, ..p }).unwrap();
+        for degree in [None, Some(13)] {
+            let epoch = Some("2025-01-01 00:00:00 UTC");
+            let of =
+                |own| MagneticField::build(FieldParams { degree, ..earth(own, epoch) }).unwrap();
+            let here = of(PlainWorld::of_site(1.0, 1.0, site));
+            let there = of(turning(start, site.rate));
             for t in [0.0, 40.0] {
                 let turn = about_z.to_inertial(t);
                 let (position, rotation) =
@@ -308,82 +282,53 @@ mod tests {
                 assert!((a.in_body - b.in_body).norm() < 1e-17 && a.field.norm() > 1e-6);
             }
         }
-        for (wrong, name) in [
-            (FieldParams { rate: Some(0.05), ..p.clone() }, "rate"),
-            (FieldParams { angle: Some(0.3), ..p }, "angle"),
-        ] {
-            let e = MagneticField::build(wrong).err().unwrap();
-            assert!(e.message.contains("`gravity` knows its planet"), "{}", e.message);
-            assert!(e.param.as_deref() == Some(name) && e.help.unwrap().contains(name));
-        }
     }
 
-    /// North, east, down (nT) of the cases of EDL.md, j (ppigrf), through the model: the Earth turns about z, and as gravity knows it, whose
-    /// epoch is the field's.
+    /// North, east, down (nT) of the cases of EDL.md, j (ppigrf), through the model, at an Earth that leans.
     #[test]
     fn the_reference_field_has_the_golden_numbers() {
         use linkwork_world::planet::{Ellipsoid, Geodetic};
         for (date, lat, lon, h, want, near) in [
-            ("2020-01-01", 0.0, 0.0, 4e5, [22639.778, -1986.686, -11680.552], 0.6),
-            ("2025-01-01", 60.0, -30.0, 5e5, [11941.127, -2695.961, 40152.011], 0.01),
+            ("2020-01-01 00:00:00 UTC", 0.0, 0.0, 4e5, [22639.778, -1986.686, -11680.552], 0.6),
+            ("2025-01-01 00:00:00 UTC", 60.0, -30.0, 5e5, [11941.127, -2695.961, 40152.011], 0.01),
         ] {
             let place = Geodetic::from_degrees(lat, lon, h);
             let r = Ellipsoid::wgs84().position(&place);
-            let epoch = format!("{date} 00:00:00 UTC");
-            let p = FieldParams { degree: Some(13), ..params() };
-            // An Earth that leans and turns as no other, known to gravity alone.
-            let (own, day): (_, &'static str) = (
-                Turning(0.7),
-                if h > 4.5e5 { "2025-01-01 00:00:00 UTC" } else { "2020-01-01 00:00:00 UTC" },
-            );
-            assert_eq!(day, epoch);
-            let gravity = Handle::new("gravity", Arc::new(Dated(own, day)) as Arc<dyn Gravity>);
-            let known = FieldParams { gravity: Some(gravity), ..p.clone() };
-            let fixed = FieldParams { angle: Some(0.4), epoch: Some(epoch), ..p };
+            let own = turning(Quat::from_euler_angles(0.7, -0.4, 0.0), 1e-3);
             let t = 3000.0;
-            let about_z = Quat::from_scaled_axis(Vec3::z() * (0.4 + RATE * t));
-            for (p, turn) in [(fixed, about_z), (known, Turning(0.7).at(t))] {
-                let m = MagneticField::build(p).unwrap();
-                let body = NodeState { position: turn * r, ..NodeState::identity() };
-                let y = m.direct(&Clock::at(t, 0.1, 0), &(), &(), &FieldIn { body }, &());
-                let b = place.east_north_up().inverse() * (turn.inverse() * y.field) * 1e9;
-                let off = (Vec3::new(b.y, b.x, -b.z) - Vec3::from(want)).amax();
-                assert!(off < near, "{date}: {b}");
-            }
+            let turn = own.planet_axes(t);
+            let p = FieldParams { degree: Some(13), ..earth(own, Some(date)) };
+            let m = MagneticField::build(p).unwrap();
+            let body = NodeState { position: turn * r, ..NodeState::identity() };
+            let y = m.direct(&Clock::at(t, 0.1, 0), &(), &(), &FieldIn { body }, &());
+            let b = place.east_north_up().inverse() * (turn.inverse() * y.field) * 1e9;
+            let off = (Vec3::new(b.y, b.x, -b.z) - Vec3::from(want)).amax();
+            assert!(off < near, "{date}: {b}");
         }
     }
 
     #[test]
     fn what_is_no_reference_field_is_refused() {
-        let (_, gravity) = fast_site();
-        let date = || Some("2025-01-01 00:00:00 UTC".to_string());
-        let dated =
-            |day| Handle::new("gravity", Arc::new(Dated(Turning(0.1), day)) as Arc<dyn Gravity>);
-        let known = |day| FieldParams { degree: Some(3), gravity: Some(dated(day)), ..params() };
-        for (p, name) in [
-            (FieldParams { degree: Some(13), ..params() }, "epoch"),
-            (FieldParams { degree: Some(13), epoch: Some("noon".into()), ..params() }, "epoch"),
-            (
-                FieldParams {
-                    degree: Some(3),
-                    epoch: Some("2031-01-01 00:00:00 UTC".into()),
-                    ..params()
-                },
-                "epoch",
-            ),
-            (FieldParams { degree: Some(14), epoch: date(), ..params() }, "degree"),
-            (
-                FieldParams { degree: Some(2), epoch: date(), dipole: Some(DIPOLE), ..params() },
-                "dipole",
-            ),
-            (FieldParams { epoch: date(), ..known("2025-01-01 00:00:00 UTC") }, "epoch"),
-            (FieldParams { rate: Some(1e-3), ..known("2025-01-01 00:00:00 UTC") }, "rate"),
-            (FieldParams { gravity: Some(gravity), angle: Some(0.1), ..params() }, "angle"),
-            (known("2031-01-01 00:00:00 UTC"), "epoch"),
+        let own = turning(Quat::identity(), 0.0);
+        let of = |body, epoch| {
+            let world = Arc::new(Dated { body, epoch, own }) as Arc<dyn World>;
+            FieldParams { dipole: None, degree: Some(3), world: Handle::new("world", world) }
+        };
+        let date = Some("2025-01-01 00:00:00 UTC");
+        for (p, name, word) in [
+            (of("earth", None), "degree", "needs an epoch"),
+            (of("earth", Some("2031-01-01 00:00:00 UTC")), "degree", "2031"),
+            (FieldParams { degree: Some(14), ..of("earth", date) }, "degree", "14"),
+            (FieldParams { dipole: Some(DIPOLE), ..of("earth", date) }, "dipole", "both"),
+            (of("mars", date), "degree", "`mars`"),
+            (FieldParams { degree: None, ..of("moon", date) }, "dipole", "`moon`"),
         ] {
             let e = MagneticField::build(p).err().unwrap();
             assert!(e.param.as_deref() == Some(name) && e.help.is_some(), "{name}: {}", e.message);
+            assert!(e.message.contains(word), "{word}: {}", e.message);
         }
+        let own_dipole = FieldParams { degree: None, dipole: Some(DIPOLE), ..of("moon", date) };
+        assert!(MagneticField::build(own_dipole).is_ok());
     }
 
     #[test]

@@ -9,6 +9,7 @@
 //! (Powered explicit guidance in its plane.) Solved again at each sample; in the last seconds A and B are held.
 
 use super::planet::inertial;
+use crate::orbit::body_mu;
 use linkwork_runtime::prelude::*;
 
 /// Steering that reaches a height and a vertical speed: sin θ = A + B t.
@@ -102,15 +103,12 @@ pub struct TangentParams {
     /// Specific impulse.
     #[param(unit = "s", range = 1e-3..)]
     pub specific_impulse: f64,
-    /// μ of the planet.
-    #[param(unit = "m^3/s^2", default = 3.986_004_418e14, range = 0.0..)]
-    pub mu: f64,
     /// Time before burnout from which on the steering is held.
     #[param(unit = "s", default = 5.0, range = 0.0..)]
     pub freeze: f64,
-    /// Gravity, which knows the site that W may be.
+    /// The world, about whose body the orbit is.
     #[param(service)]
-    pub gravity: Handle<dyn Gravity>,
+    pub world: Handle<dyn World>,
 }
 
 /// Where it is.
@@ -164,6 +162,7 @@ pub struct Solved {
 /// Closed-loop ascent.
 pub struct LinearTangent {
     p: TangentParams,
+    mu: f64,
     site: Option<Site>,
 }
 
@@ -184,7 +183,7 @@ impl LinearTangent {
         let end = Plane { radius: p.radius, up: p.up, along: p.along };
         let engines = (p.thrust / u.mass, p.specific_impulse * 9.80665);
         let guess = if d.burnout > 0.0 { left } else { 0.5 * engines.1 / engines.0 };
-        match linear_tangent(&now, &end, engines, p.mu, guess) {
+        match linear_tangent(&now, &end, engines, self.mu, guess) {
             Some(s) => Solved { a: s.a, b: s.b, burnout: c.t + s.to_go, since: c.t, lost: false },
             None => Solved { lost: true, ..*d },
         }
@@ -199,8 +198,8 @@ impl Model for LinearTangent {
     type Yd = TangentOut;
     type D = Solved;
     fn build(p: TangentParams) -> Result<Self, BuildError> {
-        let site = p.gravity.site();
-        Ok(LinearTangent { p, site })
+        let (mu, site) = (body_mu(&p.world)?, p.world.axes().site());
+        Ok(LinearTangent { p, mu, site })
     }
     fn direct(&self, c: &Clock, _: &(), d: &Solved, u: &TangentIn) -> TangentOut {
         let s = self.solve(c, d, u);
@@ -228,23 +227,23 @@ impl Model for LinearTangent {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linkwork_runtime::PlainWorld;
 
     const MU: f64 = 3.986_004_418e14;
 
     fn law(radius: f64, along: f64, site: Option<Site>) -> LinearTangent {
-        let point = super::super::planet::tests::Point { mu: MU, site };
+        let world = match site {
+            Some(site) => PlainWorld::of_site(MU, 6_378_137.0, site),
+            None => PlainWorld::inertial(MU, 6_378_137.0, 7.292e-5),
+        };
         LinearTangent::build(TangentParams {
             radius,
             up: 0.0,
             along,
             thrust: 950e3,
             specific_impulse: 348.0,
-            mu: MU,
             freeze: 5.0,
-            gravity: Handle::new(
-                "gravity",
-                std::sync::Arc::new(point) as std::sync::Arc<dyn Gravity>,
-            ),
+            world: world.handle(),
         })
         .unwrap()
     }

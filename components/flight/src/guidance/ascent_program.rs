@@ -33,9 +33,9 @@ pub struct PitchParams {
     /// Size T of the force.
     #[param(unit = "N", range = 0.0..)]
     pub thrust: f64,
-    /// Gravity, which knows the site. Without a planet W is x east, y north, z up.
+    /// The world, which knows the site. Without one W is x east, y north, z up.
     #[param(service)]
-    pub gravity: Handle<dyn Gravity>,
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// Where to push.
@@ -67,23 +67,20 @@ impl Model for PitchProgram {
     type D = Passed;
     type G = NextRow;
     fn build(p: PitchParams) -> Result<Self, BuildError> {
-        let east = match p.gravity.axes() {
+        let east = match p.world.as_ref().map_or(Axes::Any, |w| w.axes()) {
             Axes::Any => Vec3::x(),
             // Whatever the heading of the site. At a pole east is x of the planet, as elsewhere.
-            Axes::Site(s) => {
+            Axes::Site(s) | Axes::Level(s) => {
                 let axis = s.from_planet_axes(&Vec3::z());
                 let east = axis.cross(&Vec3::z());
                 let at_pole = east.norm() < 1e-9;
                 if at_pole { s.from_planet_axes(&Vec3::x()) } else { east.normalize() }
             }
             Axes::Inertial => {
-                let fact = format!(
-                    "`{}` takes W for inertial axes, in which a launch site has no fixed vertical",
-                    p.gravity.path()
+                let fact = "W is inertial, and a launch site has no fixed vertical in it";
+                return Err(
+                    BuildError::new(fact).help("write the launch site as `site` in `world`")
                 );
-                return Err(BuildError::new(fact)
-                    .help("give its `planet` a `site`: the launch site")
-                    .at("gravity"));
             }
         };
         let times = Times::new(p.rows.iter().map(|r| r.time).collect(), "rows")?;
@@ -157,16 +154,19 @@ impl Model for GravityTurn {
 
 #[cfg(test)]
 mod tests {
-    use super::super::planet::tests::Point;
     use super::*;
+    use linkwork_runtime::PlainWorld;
     use std::sync::Arc;
 
     fn program(axes: Option<Site>, rows: Vec<[f64; 2]>) -> Result<PitchProgram, BuildError> {
-        let point = Point { mu: 4e14, site: axes };
-        let gravity = Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>);
+        let world = match axes {
+            Some(site) => PlainWorld::of_site(4e14, 6.4e6, site),
+            None => PlainWorld::inertial(4e14, 6.4e6, 0.0),
+        };
+        let world = Some(world.handle());
         let rows =
             rows.iter().map(|[time, pitch]| PitchRow { time: *time, pitch: *pitch }).collect();
-        PitchProgram::build(PitchParams { rows, azimuth: 0.6, thrust: 10.0, gravity })
+        PitchProgram::build(PitchParams { rows, azimuth: 0.6, thrust: 10.0, world })
     }
 
     fn site(latitude: f64, heading: f64) -> Site {
@@ -209,8 +209,7 @@ mod tests {
     #[test]
     fn axes_without_a_vertical_and_rows_that_do_not_rise_are_refused() {
         let e = program(None, vec![[0.0, 0.0]]).err().unwrap();
-        assert!(e.message.contains("inertial") && e.help.unwrap().contains("site"));
-        assert_eq!(e.param.as_deref(), Some("gravity"));
+        assert!(e.message.contains("inertial") && e.help.unwrap().contains("`site` in `world`"));
         for rows in [vec![], vec![[3.0, 0.0], [3.0, 0.1]]] {
             let e = program(Some(site(0.5, 0.0)), rows).err().unwrap();
             assert!(e.param.as_deref() == Some("rows") && e.help.is_some());

@@ -19,6 +19,7 @@
 //! knew before the radar. Scale and misalignment of the inertial unit are no states: give the biases a spread and walks that cover them.
 //! Between two rows the force goes along a straight line: for one that jumps, `accel_white` is to cover half a jump over an interval.
 
+use super::planet::Frame;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::{SMatrix, SVector};
@@ -82,13 +83,13 @@ pub struct DescentFilterParams {
     /// Standard deviations beyond which a measurement is left out; 0: none is.
     #[param(default = 0.0, range = 0.0..)]
     pub gate: f64,
-    /// Distance of the ground from the planet's centre.
-    #[param(unit = "m", default = 3_396_190.0, range = 1.0..)]
-    pub ground_radius: f64,
-    /// Rate of the planet about z of W where W is inertial with the planet at its origin.
-    #[param(unit = "rad/s", default = 0.0)]
-    pub planet_rate: f64,
-    /// Gravity, which knows the site.
+    /// Distance of the ground from the planet's centre; default: of the origin of the site that W is, or the equatorial radius.
+    #[param(unit = "m", range = 1.0..)]
+    pub ground_radius: Option<f64>,
+    /// The world, over whose body it comes down.
+    #[param(service)]
+    pub world: Handle<dyn World>,
+    /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
 }
@@ -193,6 +194,10 @@ pub struct DescentFilter {
     p: DescentFilterParams,
     beams: Vec<Vec3>,
     site: Option<Site>,
+    /// Angular velocity of the planet in W (rad/s), where W is inertial.
+    rate: Vec3,
+    /// Distance of the ground from the planet's centre, m.
+    radius: f64,
 }
 
 fn skew(v: &Vec3) -> Mat3 {
@@ -205,7 +210,7 @@ impl DescentFilter {
         if self.site.is_some() {
             return Vec3::zeros();
         }
-        (Vec3::z() * self.p.planet_rate).cross(from)
+        self.rate.cross(from)
     }
 
     fn begin(&self, c: &Clock, mount: &NodeState) -> Navigated {
@@ -284,7 +289,7 @@ impl DescentFilter {
     fn expected(&self, d: &Navigated, k: usize) -> Option<Expected> {
         let beam = d.attitude * self.beams[k];
         let from = self.site.as_ref().map_or(d.position, |s| s.from_centre(&d.position));
-        let radius = self.p.ground_radius + d.ground;
+        let radius = self.radius + d.ground;
         let (along, over) = (from.dot(&beam), (from.norm() - radius) * (from.norm() + radius));
         let root = along * along - over;
         if !(over >= 0.0 && along < 0.0 && root > 0.0) {
@@ -396,13 +401,21 @@ impl SizedModel for DescentFilter {
                 return wrong(at, fact, "write three numbers that are 0 or more");
             }
         }
-        let site = p.gravity.site();
-        if site.is_some() && p.planet_rate != 0.0 {
-            let fact = "W is a site on the planet, in which its ground stands still".to_string();
-            return wrong("planet_rate", fact, "take `planet_rate` out");
+        let frame = Frame::new(Some(&p.world), Some(&p.gravity))?;
+        if frame.is_level() {
+            let fact =
+                "its ground is a sphere about the centre of a planet, and the ground is level here"
+                    .into();
+            return wrong(
+                "ground_radius",
+                fact,
+                "remove `turning: false` from the `site` of `world`",
+            );
         }
+        let radius = p.ground_radius.unwrap_or_else(|| frame.ground_radius());
+        let (site, rate) = (p.world.axes().site(), p.world.planet_rate(0.0));
         let beams = p.beams.iter().map(|d| d.normalize()).collect();
-        Ok(DescentFilter { beams, site, p })
+        Ok(DescentFilter { beams, site, rate, radius, p })
     }
 
     fn initial(&self, _: &mut [f64], d: &mut [f64]) {
@@ -428,7 +441,7 @@ impl SizedModel for DescentFilter {
         let speed = over.norm();
         DescentFilterOut {
             estimate,
-            height: from.norm() - self.p.ground_radius,
+            height: from.norm() - self.radius,
             speed,
             braking: if speed > 0.0 { -e.force.dot(&over) / speed } else { 0.0 },
             position_deviation: deviation(0),

@@ -1,7 +1,7 @@
 //! The filter over a Mars that turns: carried on, observed, consistent, refused.
 use super::*;
 use crate::guidance::planet::tests::Point;
-use linkwork_runtime::noise;
+use linkwork_runtime::{PlainWorld, noise};
 use linkwork_spatial::Pose;
 use std::sync::Arc;
 
@@ -51,8 +51,8 @@ fn params() -> DescentFilterParams {
         accel_bias: 3e-3,
         radar_every: 1,
         gate: 0.0,
-        ground_radius: RADIUS,
-        planet_rate: 0.0,
+        ground_radius: Some(RADIUS),
+        world: PlainWorld::of_site(MU, RADIUS, site()).handle(),
         gravity: gravity(Some(site())),
     }
 }
@@ -251,7 +251,7 @@ fn height_and_velocity_are_found_and_the_place_is_not() {
 fn ground_over_the_sphere_moves_neither_place_nor_velocity() {
     let wavy = DescentFilterParams { ground_sigma: 1.0, ..params() };
     let (flat, d) = fly(&wavy, 7, 1.0, true, 400);
-    let lifted = DescentFilterParams { ground_radius: RADIUS + 1.0, ..wavy.clone() };
+    let lifted = DescentFilterParams { ground_radius: Some(RADIUS + 1.0), ..wavy.clone() };
     let told = filter(lifted);
     let (off, _) = fly_over(&told, &wavy, 7, 1.0, true, 400);
     let sigma = |k: usize| d.covariance[k * (N + 1)].sqrt();
@@ -323,8 +323,13 @@ fn what_it_cannot_be_is_refused() {
     assert!(e.message.contains("beam 0"));
     let e = told(DescentFilterParams { velocity_start: -Vec3::x(), ..params() });
     assert!(e.param.as_deref() == Some("velocity_start"));
-    let e = told(DescentFilterParams { planet_rate: 7e-5, ..params() });
-    assert!(e.param.as_deref() == Some("planet_rate"));
-    let inertial = DescentFilterParams { planet_rate: 7e-5, gravity: gravity(None), ..params() };
-    assert!(DescentFilter::build(inertial).is_ok());
+    let level = PlainWorld { axes: Axes::Level(site()), ..PlainWorld::inertial(MU, RADIUS, 0.0) };
+    let e = told(DescentFilterParams { world: level.handle(), ..params() });
+    assert!(e.message.contains("level") && e.help.is_some());
+    let world = PlainWorld::inertial(MU, RADIUS, 7e-5).handle();
+    let inertial = DescentFilterParams { world, gravity: gravity(None), ..params() };
+    assert_eq!(
+        DescentFilter::build(inertial).map_err(|e| e.message).unwrap().rate,
+        Vec3::z() * 7e-5
+    );
 }

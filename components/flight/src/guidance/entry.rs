@@ -72,7 +72,7 @@ impl Vehicle {
         std::array::from_fn(|i| x[i] + h / 6.0 * (a[i] + 2.0 * (b[i] + c[i]) + d[i]))
     }
 
-    /// The reference from (0, V, γ, h) at constant u until the speed is `end`, rows every `h` s, with its gains.
+    /// The reference from (0, V, γ, h) at constant u until the speed is `end`, rows every `h` s from the greatest speed on, with its gains.
     ///
     /// `None` when it does not come to that speed within 2000 s above the ground.
     pub fn reference(
@@ -103,7 +103,10 @@ impl Vehicle {
             by_rise: k[1],
             by_lift: k[2],
         };
-        Some(path.iter().zip(&gains).map(row).collect())
+        let rows: Vec<ReferenceRow> = path.iter().zip(&gains).map(row).collect();
+        // High up speed rises before it falls. Rows are found by speed, so those before the greatest are left out.
+        let fastest = (0..rows.len()).max_by(|a, b| rows[*a].speed.total_cmp(&rows[*b].speed))?;
+        Some(rows[fastest..].to_vec())
     }
 }
 
@@ -231,8 +234,9 @@ mod tests {
         for _ in 0..k {
             x = v.step(&x, u, 0.05);
         }
-        let row = rows[k];
-        assert!((row.speed - x[1]).abs() < 1e-9);
+        // Rows begin at the greatest speed.
+        let row = *rows.iter().find(|row| (row.speed - x[1]).abs() < 1e-9).unwrap();
+        assert!(rows.windows(2).all(|w| w[1].speed < w[0].speed));
         let range = |x: [f64; 4], u: f64| flown(x, |_, _| u, height) - x[0];
         let slope = |e: f64, moved: &dyn Fn(f64) -> f64| (moved(e) - moved(-e)) / (2.0 * e);
         let by_height = slope(20.0, &|e| range([x[0], x[1], x[2], x[3] + e], u));

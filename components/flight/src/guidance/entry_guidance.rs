@@ -13,56 +13,46 @@
 
 use super::entry::{ReferenceRow, Vehicle, at_speed, lift};
 use super::ground_motion::east_north_up;
-use super::planet::{Seen, over_ground};
+use super::planet::{Frame, over_ground};
+use crate::orbit::body_mu;
 use linkwork_runtime::prelude::*;
 
 /// Target, reference and limits.
 #[derive(Params, Clone, Debug)]
 pub struct EntryGuidanceParams {
-    /// Direction of the target from the planet's centre, in axes that turn with it and are those of W at t = 0.
-    /// Where W is a site: in the planet's axes; unwritten: the site itself.
+    /// Direction of the target from the planet's centre, in axes that are fixed to the planet. Default: the site that W is.
     pub target: Option<Vec3>,
     /// Distance east and north by which the target is moved over the surface.
     #[param(default = [0.0, 0.0])]
     pub offset: [f64; 2],
-    /// Rate of the planet about z of W; unwritten: of the site that W is, or of Mars.
-    #[param(unit = "rad/s")]
-    pub planet_rate: Option<f64>,
-    /// Gravity, which knows the site.
+    /// The world, over whose body it enters.
     #[param(service)]
-    pub field: Handle<dyn Gravity>,
-    /// Radius of the planet.
-    #[param(unit = "m", default = 3_396_190.0)]
-    pub planet_radius: f64,
-    /// Gravity at its surface, for the reference.
-    #[param(unit = "m/s^2", default = 3.71)]
-    pub gravity: f64,
+    pub world: Handle<dyn World>,
     /// Density at height 0 of the reference.
-    #[param(unit = "kg/m^3", default = 0.0158)]
+    #[param(unit = "kg/m^3")]
     pub density: f64,
     /// Scale height of the reference.
-    #[param(unit = "m", default = 9354.0)]
+    #[param(unit = "m")]
     pub scale_height: f64,
     /// m/(C_D S) of the reference.
     #[param(unit = "kg/m^2")]
     pub ballistic: f64,
     /// L/D of the reference.
-    #[param(default = 0.24)]
     pub lift_to_drag: f64,
     /// cos σ of the reference.
     #[param(default = 0.5)]
     pub lift_ref: f64,
     /// Height at which the reference begins.
-    #[param(unit = "m", default = 80_000.0)]
+    #[param(unit = "m")]
     pub start_height: f64,
     /// Speed there.
-    #[param(unit = "m/s", default = 5845.0)]
+    #[param(unit = "m/s")]
     pub start_speed: f64,
     /// Path angle there, negative down.
-    #[param(unit = "rad", default = -0.26)]
+    #[param(unit = "rad")]
     pub start_angle: f64,
     /// Speed at which the reference ends.
-    #[param(unit = "m/s", default = 450.0)]
+    #[param(unit = "m/s")]
     pub end_speed: f64,
     /// Gain K.
     #[param(default = 5.0, range = 0.0..)]
@@ -162,7 +152,8 @@ pub struct Banking {
 /// Apollo-class entry guidance.
 pub struct EntryGuidance {
     p: EntryGuidanceParams,
-    planet: Seen,
+    frame: Frame,
+    radius: f64,
     /// Unit vector to the target, axes that turn with the planet.
     target: Vec3,
     rows: Vec<ReferenceRow>,
@@ -205,8 +196,8 @@ fn follow(error: f64, rate: f64, (rate_max, acceleration_max): (f64, f64), dt: f
 impl EntryGuidance {
     fn decide(&self, c: &Clock, d: &Banking, u: &EntryGuidanceIn) -> Banking {
         let p = &self.p;
-        let place = (self.planet.rate, p.planet_radius, c.t);
-        let body = self.planet.node(&u.body);
+        let place = (self.frame.rate, self.radius, c.t);
+        let body = self.frame.node(&u.body);
         let (range, error, speed, rise) = to_target(&body, &self.target, place);
         let mut out = *d;
         if out.side == 0.0 {
@@ -256,17 +247,23 @@ impl Model for EntryGuidance {
     type Yd = EntryGuidanceOut;
     type D = Banking;
     fn build(p: EntryGuidanceParams) -> Result<Self, BuildError> {
-        let planet = Seen::new(&p.field, p.planet_rate)?;
-        let target = p.target.or(planet.site()).unwrap_or_else(Vec3::zeros);
+        let frame = Frame::new(Some(&p.world), None)?;
+        if frame.is_level() {
+            let fact = "it counts ranges over the sphere of a planet, and the ground is level here";
+            return Err(
+                BuildError::new(fact).help("remove `turning: false` from the `site` of `world`")
+            );
+        }
+        let radius = p.world.radius();
+        let gravity = body_mu(&p.world)? / (radius * radius);
+        let target = p.target.or(frame.site()).unwrap_or_else(Vec3::zeros);
         if !(target.norm() > 1e-9) {
-            let help = "write a vector from the planet's centre, e.g. target: [1, 0, 0], or give the planet a `site`";
+            let help = "write a vector from the planet's centre, e.g. target: [1, 0, 0], or write a `site` in `world`";
             return Err(BuildError::new("the target has no direction").help(help).at("target"));
         }
-        let [east, north] = p.offset.map(|d| d / p.planet_radius);
+        let [east, north] = p.offset.map(|d| d / radius);
         let target = target.normalize() + east_north_up(&target) * Vec3::new(east, north, 0.0);
         for (name, value) in [
-            ("planet_radius", p.planet_radius),
-            ("gravity", p.gravity),
             ("density", p.density),
             ("scale_height", p.scale_height),
             ("ballistic", p.ballistic),
@@ -284,8 +281,8 @@ impl Model for EntryGuidance {
             return Err(BuildError::new(fact).help("write a cosine").at("lift_ref"));
         }
         let vehicle = Vehicle {
-            radius: p.planet_radius,
-            gravity: p.gravity,
+            radius,
+            gravity,
             density: p.density,
             scale_height: p.scale_height,
             ballistic: p.ballistic,
@@ -294,7 +291,7 @@ impl Model for EntryGuidance {
         let start = [0.0, p.start_speed, p.start_angle, p.start_height];
         match vehicle.reference(start, p.lift_ref, p.end_speed, 0.25) {
             Some(rows) if rows.len() > 2 => {
-                Ok(EntryGuidance { p, planet, target: target.normalize(), rows })
+                Ok(EntryGuidance { p, frame, radius, target: target.normalize(), rows })
             }
             _ => Err(BuildError::new(format!(
                 "the reference does not come down to {} m/s above the ground",
@@ -305,8 +302,8 @@ impl Model for EntryGuidance {
         }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Banking, u: &EntryGuidanceIn) -> EntryGuidanceOut {
-        let place = (self.planet.rate, self.p.planet_radius, c.t);
-        let body = self.planet.node(&u.body);
+        let place = (self.frame.rate, self.radius, c.t);
+        let body = self.frame.node(&u.body);
         let (range, heading_error, _, _) = to_target(&body, &self.target, place);
         let now = self.decide(c, d, u);
         let Banking { bank, phase, reversals, lift, short, .. } = now;
@@ -320,22 +317,17 @@ impl Model for EntryGuidance {
 #[cfg(test)]
 mod tests {
     use super::super::super::aerodynamics::entry::force;
-    use super::super::planet::tests::Point;
     use super::*;
+    use linkwork_runtime::PlainWorld;
 
-    fn gravity() -> Handle<dyn Gravity> {
-        let point = Point { mu: 4.282_837e13, site: None };
-        Handle::new("gravity", std::sync::Arc::new(point) as std::sync::Arc<dyn Gravity>)
-    }
+    /// 3.71 m/s² at the surface.
+    const MU: f64 = 3.71 * 3_396_190.0 * 3_396_190.0;
 
     fn params(target: Vec3) -> EntryGuidanceParams {
         EntryGuidanceParams {
             target: Some(target),
             offset: [0.0, 0.0],
-            planet_rate: None,
-            field: gravity(),
-            planet_radius: 3_396_190.0,
-            gravity: 3.71,
+            world: PlainWorld::inertial(MU, 3_396_190.0, 7.088_218_1e-5).handle(),
             density: 0.0158,
             scale_height: 9354.0,
             ballistic: 137.0,
@@ -392,7 +384,11 @@ mod tests {
         };
         let rows = vehicle.reference([0.0, 5845.0, -0.26, 80_000.0], 0.5, 450.0, 0.25).unwrap();
         // As far as the reference flies and `far` farther, and aside.
-        let angle = (rows[0].range + far) / radius;
+        let mut x = [0.0, 5845.0, -0.26, 80_000.0];
+        while x[1] < rows[0].speed - 1e-9 {
+            x = vehicle.step(&x, 0.5, 0.25);
+        }
+        let angle = (x[0] + rows[0].range + far) / radius;
         let start = Vec3::x();
         let target = Vec3::new(angle.cos(), angle.sin(), aside / radius);
         let m = EntryGuidance::build(params(target)).unwrap();
@@ -509,5 +505,24 @@ mod tests {
         );
         let p = EntryGuidanceParams { start_angle: -1.2, ..params(Vec3::x()) };
         assert!(EntryGuidance::build(p).is_err_and(|e| e.help.is_some()));
+    }
+
+    /// A reference that begins so high that its speed rises before it falls has two rows of one speed: only those after the greatest count.
+    #[test]
+    fn a_reference_that_speeds_up_at_first_asks_for_its_own_lift() {
+        let p = EntryGuidanceParams {
+            target: Some(Vec3::new(0.994_165_314_562_150_4, 0.107_867_174_439_403_15, 0.0)),
+            world: PlainWorld::inertial(MU, 3_396_190.0, 0.0).handle(),
+            ballistic: 140.0,
+            start_height: 125e3,
+            start_angle: -0.2705,
+            ..params(Vec3::x())
+        };
+        let m = EntryGuidance::build(p).unwrap();
+        assert!(m.rows.windows(2).all(|w| w[0].speed > w[1].speed), "speeds do not fall");
+        // A state of the reference itself, at 5868 m/s.
+        let row = m.rows[40];
+        let u = lift(&at_speed(&m.rows, row.speed), 0.5, 5.0, (row.range, row.drag, row.rise));
+        assert!((u - 0.5).abs() < 1e-9, "{u}");
     }
 }

@@ -9,7 +9,7 @@
 //! v is over the ground of the planet, which is at the origin of W and turns about z, or on which W is a site. g is that of the
 //! place, and the ground is flat: for the last kilometres. Where on the ground it comes down is left open.
 
-use super::planet::Seen;
+use super::planet::Frame;
 use super::powered_descent::thrust_limits;
 use linkwork_runtime::prelude::*;
 
@@ -34,9 +34,9 @@ pub struct GravityTurnDescentParams {
     /// Greatest force.
     #[param(unit = "N", range = 0.0..)]
     pub thrust_max: f64,
-    /// Rate of the planet about z of W; unwritten: of the site that W is, or of Mars.
-    #[param(unit = "rad/s")]
-    pub planet_rate: Option<f64>,
+    /// The world; without one the ground is level.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
     /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
@@ -87,7 +87,7 @@ const MOST: f64 = 1e6;
 /// Braking along the velocity.
 pub struct GravityTurnDescent {
     p: GravityTurnDescentParams,
-    planet: Seen,
+    frame: Frame,
 }
 
 /// Constant force over weight that brings a speed (m/s) whose direction has the cosine `down` with straight down to none after
@@ -110,10 +110,7 @@ pub fn force_over_weight(speed: f64, down: f64, height: f64, gravity: f64) -> f6
 impl GravityTurnDescent {
     fn decide(&self, c: &Clock, d: &Braking, u: &GravityTurnDescentIn) -> GravityTurnDescentOut {
         let p = &self.p;
-        let body = self.planet.node(&u.body);
-        let v = super::planet::over_ground(&body, self.planet.rate);
-        // Along W: the same axes turned.
-        let v = self.planet.to_W(&v);
+        let v = self.frame.over_ground(&u.body);
         let pull = p.gravity.free_fall(c.t, u.body.position, u.body.velocity);
         let g = pull.norm();
         let (speed, up) = (v.norm(), if g > 0.0 { -pull / g } else { Vec3::z() });
@@ -146,8 +143,8 @@ impl Model for GravityTurnDescent {
     type D = Braking;
     fn build(p: GravityTurnDescentParams) -> Result<Self, BuildError> {
         thrust_limits(p.thrust_min, p.thrust_max)?;
-        let planet = Seen::new(&p.gravity, p.planet_rate)?;
-        Ok(GravityTurnDescent { p, planet })
+        let frame = Frame::new(p.world.as_ref(), Some(&p.gravity))?;
+        Ok(GravityTurnDescent { p, frame })
     }
     fn direct(
         &self,
@@ -183,7 +180,7 @@ mod tests {
             settle: 2.0,
             thrust_min: 0.0,
             thrust_max: 10_000.0,
-            planet_rate: Some(0.0),
+            world: None,
             gravity: Handle::new("gravity", Arc::new(Moon) as Arc<dyn Gravity>),
         }
     }

@@ -1,30 +1,31 @@
-//! `flight.ground_motion`: how a craft moves over the ground of a planet that turns, and where it is from a site.
+//! `flight.ground_motion`: how a craft moves over the ground, where it is on its planet, and where it is from a site.
 //! ```text
-//! v_g = v − ω ẑ × p         over the ground, W       up = p/|p|,  east = ẑ × up,  north = up × east
+//! v_g = v − ω × p           over the ground, W       up = p/|p|,  east = pole × up,  north = up × east
 //! h   = |p| − R             over a sphere of radius R
+//! latitude, longitude, altitude                       geodetic, over the ellipsoid of the world's body
 //! offset = (R_site)ᵀ (p − p_site)                     east, north, up of the site, which turns with the planet
 //! ```
-//! The planet is at the origin of W and turns about z; its fixed axes are those of W at t = 0. Where W is a site
-//! the same holds of the planet's own axes, in which it does not turn. At the poles east is x. This is the true motion: noise is the business of a sensor.
+//! Pole, rate and radius are those of the world. On level ground up is against gravity, east and north are x and y of W, and h = p · up.
+//! At the poles east is x. This is the true motion: noise is the business of a sensor.
 
-use super::planet::{Seen, over_ground};
+use super::planet::{Frame, over_ground};
 use linkwork_runtime::prelude::*;
 
 /// Planet and site.
 #[derive(Params, Clone, Debug)]
 pub struct GroundMotionParams {
-    /// Direction of the site from the planet's centre, in axes that turn with it and are those of W at t = 0.
-    /// Unwritten: the site that W is, or x.
+    /// Direction of the site from the planet's centre, in axes that are fixed to the planet.
+    /// Default: the site that W is, or x.
     pub site: Option<Vec3>,
-    /// Distance R of the ground from the planet's centre.
-    #[param(unit = "m", default = 3_396_190.0, range = 1.0..)]
-    pub ground_radius: f64,
-    /// Rate of the planet about z of W; unwritten: of the site that W is, or of Mars.
-    #[param(unit = "rad/s")]
-    pub planet_rate: Option<f64>,
-    /// Gravity, which knows the site.
+    /// Distance R of the ground from the planet's centre; default: of the origin of the site that W is, or the equatorial radius.
+    #[param(unit = "m", range = 1.0..)]
+    pub ground_radius: Option<f64>,
+    /// The world; without one the ground is level.
     #[param(service)]
-    pub gravity: Handle<dyn Gravity>,
+    pub world: Option<Handle<dyn World>>,
+    /// Gravity, for the vertical of level ground.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// The craft.
@@ -53,9 +54,18 @@ pub struct GroundMotionOut {
     /// Velocity over the ground: east, north, up of where it is.
     #[port("m/s")]
     pub velocity: Vec3,
-    /// Position from the site: east, north, up of the site.
+    /// Position from the site: east, north, up of the site; on level ground from the origin of W.
     #[port("m")]
     pub offset: Vec3,
+    /// Geodetic latitude, north positive; 0 on level ground without a world.
+    #[port("rad")]
+    pub latitude: f64,
+    /// East longitude, −π to π; 0 on level ground without a world.
+    #[port("rad")]
+    pub longitude: f64,
+    /// Height over the ellipsoid; on level ground without a world as `height`.
+    #[port("m")]
+    pub altitude: f64,
 }
 
 /// Where and how something moves, told by its planet.
@@ -81,8 +91,9 @@ pub fn over(node: &NodeState, rate: f64) -> Over {
 
 /// Motion over the ground.
 pub struct GroundMotion {
-    p: GroundMotionParams,
-    planet: Seen,
+    frame: Frame,
+    world: Option<Handle<dyn World>>,
+    radius: f64,
     /// East, north, up of the site, planet's axes.
     site: linkwork_spatial::Mat3,
 }
@@ -94,52 +105,62 @@ impl Model for GroundMotion {
     type Ud = GroundMotionIn;
     type Yd = GroundMotionOut;
     fn build(p: GroundMotionParams) -> Result<Self, BuildError> {
-        let planet = Seen::new(&p.gravity, p.planet_rate)?;
-        let site = p.site.or(planet.site()).unwrap_or_else(Vec3::x);
+        let frame = Frame::new(p.world.as_ref(), p.gravity.as_ref())?;
+        frame.of_a_planet(p.ground_radius, "ground_radius")?;
+        frame.of_a_planet(p.site, "site")?;
+        let radius = p.ground_radius.unwrap_or_else(|| frame.ground_radius());
+        let site = p.site.or(frame.site()).unwrap_or_else(Vec3::x);
         if !(site.norm() > 1e-9) {
             return Err(BuildError::new("the site has no direction")
                 .help("write a vector from the planet's centre, e.g. site: [1, 0, 0]")
                 .at("site"));
         }
         let site = east_north_up(&site);
-        Ok(GroundMotion { p, planet, site })
+        Ok(GroundMotion { frame, world: p.world, radius, site })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &GroundMotionIn) -> GroundMotionOut {
-        let (p, rate) = (&self.p, self.planet.rate);
-        let body = self.planet.node(&u.body);
-        let o = over(&body, rate);
-        let velocity = o.R_WE.transpose() * o.velocity;
-        let turned = Quat::from_scaled_axis(Vec3::z() * (rate * c.t)).inverse();
-        let from_site = turned * body.position - self.site.column(2) * p.ground_radius;
+        let (rate, frame) = (self.frame.rate, &self.frame);
+        let place = self.world.as_ref().and_then(|w| w.geographic(c.t, u.body.position));
+        let (velocity, height, offset) = if frame.is_level() {
+            let axes = frame.level_axes(c.t, &u.body.position).transpose();
+            let offset = axes * u.body.position;
+            (axes * u.body.velocity, offset.z, offset)
+        } else {
+            let body = frame.node(&u.body);
+            let o = over(&body, rate);
+            let turned = Quat::from_scaled_axis(Vec3::z() * (rate * c.t)).inverse();
+            let from_site = turned * body.position - self.site.column(2) * self.radius;
+            let height = body.position.norm() - self.radius;
+            (o.R_WE.transpose() * o.velocity, height, self.site.transpose() * from_site)
+        };
         GroundMotionOut {
-            height: body.position.norm() - p.ground_radius,
+            height,
             speed: velocity.norm(),
             rise: velocity.z,
             path_angle: velocity.z.atan2(velocity.x.hypot(velocity.y)),
             velocity,
-            offset: self.site.transpose() * from_site,
+            offset,
+            latitude: place.map_or(0.0, |g| g.latitude),
+            longitude: place.map_or(0.0, |g| g.longitude),
+            altitude: place.map_or(height, |g| g.altitude),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::planet::tests::Point;
     use super::*;
+    use linkwork_runtime::PlainWorld;
 
     #[test]
     fn what_stands_on_the_ground_stands_and_what_climbs_north_is_seen_so() {
         let (rate, radius, t) = (7.1e-5, 3.39e6, 4321.0);
         let site = Vec3::new(-0.4, 0.7, 0.3);
-        let gravity = |site| {
-            let point = Point { mu: 4.3e13, site };
-            Handle::new("gravity", std::sync::Arc::new(point) as std::sync::Arc<dyn Gravity>)
-        };
         let m = GroundMotion::build(GroundMotionParams {
             site: Some(site),
-            ground_radius: radius,
-            planet_rate: Some(rate),
-            gravity: gravity(None),
+            ground_radius: None,
+            world: Some(PlainWorld::inertial(4.3e13, radius, rate).handle()),
+            gravity: None,
         });
         let m = m.unwrap();
         let turn = Quat::from_scaled_axis(Vec3::z() * (rate * t));
@@ -164,11 +185,12 @@ mod tests {
         // The same from a site that turns with the planet, whose axes it does not need to know.
         let R = Quat::from_euler_angles(0.3, -0.8, 1.1);
         let pose = linkwork_spatial::Pose::new(R, site.normalize() * radius);
+        let here = Site { pose, rate, start: Quat::identity() };
         let standing = GroundMotion::build(GroundMotionParams {
             site: None,
-            ground_radius: radius,
-            planet_rate: None,
-            gravity: gravity(Some(Site { pose, rate, start: Quat::identity() })),
+            ground_radius: None,
+            world: Some(PlainWorld::of_site(4.3e13, radius, here).handle()),
+            gravity: None,
         });
         let local = east_north_up(&pose.position);
         let moving = local * Vec3::new(0.0, 30.0, 40.0);
@@ -183,5 +205,29 @@ mod tests {
         assert!((z.velocity - y.velocity).norm() < 1e-11);
         let pole = east_north_up(&Vec3::z());
         assert!((pole.transpose() * pole - linkwork_spatial::Mat3::identity()).norm() < 1e-15);
+    }
+
+    /// On level ground the distance from the origin of W tilts nothing.
+    #[test]
+    fn on_level_ground_up_is_against_gravity() {
+        struct Down;
+        impl Gravity for Down {
+            fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+                Vec3::z() * -1.62
+            }
+        }
+        let down = std::sync::Arc::new(Down) as std::sync::Arc<dyn Gravity>;
+        let gravity = Some(Handle::new("g", down));
+        let level = GroundMotionParams { site: None, ground_radius: None, world: None, gravity };
+        let m = GroundMotion::build(level.clone()).unwrap();
+        let velocity = Vec3::new(3.0, 4.0, -12.0);
+        let body =
+            NodeState { position: Vec3::new(1e5, 0.0, 50.0), velocity, ..NodeState::identity() };
+        let y = m.direct(&Clock::at(9.0, 0.1, 0), &(), &(), &GroundMotionIn { body }, &());
+        assert_eq!((y.height, y.altitude, y.velocity), (50.0, 50.0, velocity));
+        assert!((y.path_angle + f64::atan2(12.0, 5.0)).abs() < 1e-12 && y.rise == -12.0);
+        let wrong = GroundMotionParams { ground_radius: Some(3e6), ..level };
+        let e = GroundMotion::build(wrong).err().unwrap();
+        assert_eq!(e.param.as_deref(), Some("ground_radius"));
     }
 }

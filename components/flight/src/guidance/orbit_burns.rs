@@ -11,6 +11,7 @@
 //! The planet is at the origin of W, or W is a site on it. Apsides and nodes are those of the ellipse at the moment.
 
 use super::planet::inertial;
+use crate::orbit::body_mu;
 use linkwork_runtime::prelude::*;
 use std::f64::consts::TAU;
 
@@ -55,9 +56,9 @@ pub struct OrbitBurnParams {
     /// Force of the engine.
     #[param(unit = "N", range = 1e-9..)]
     pub thrust: f64,
-    /// Of the planet, m³/s²: the Earth 3.986004418e14, Mars 4.282837e13.
-    #[param(default = 3.986_004_418e14, range = 1.0..)]
-    pub mu: f64,
+    /// The world, about whose body the orbit is.
+    #[param(service)]
+    pub world: Handle<dyn World>,
     /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
@@ -126,7 +127,10 @@ pub struct Plan {
 /// A plan of burns.
 pub struct OrbitBurns {
     p: OrbitBurnParams,
+    mu: f64,
     site: Option<Site>,
+    /// Pole of the planet (W) at t = 0, where W is inertial, and in a site at all times.
+    pole: Vec3,
 }
 
 /// Radial, along the motion (horizontal), normal.
@@ -139,8 +143,8 @@ fn axes(r: &Vec3, v: &Vec3) -> Option<[Vec3; 3]> {
     Some([x, z.cross(&x), z])
 }
 
-/// Time (s) until a place of the osculating ellipse comes; none on a parabola or hyperbola, or where nothing has a node.
-pub fn time_to(place: Place, r: &Vec3, v: &Vec3, mu: f64) -> Option<f64> {
+/// Time (s) until a place of the osculating ellipse comes, with nodes on the equator of a planet with that `pole`; none on a parabola or hyperbola, or where nothing has a node.
+pub fn time_to(place: Place, (r, v): (&Vec3, &Vec3), mu: f64, pole: &Vec3) -> Option<f64> {
     let h = r.cross(v);
     let energy = 0.5 * v.norm_squared() - mu / r.norm();
     if !(energy < 0.0) || !(h.norm() > 0.0) {
@@ -158,7 +162,7 @@ pub fn time_to(place: Place, r: &Vec3, v: &Vec3, mu: f64) -> Option<f64> {
         let anomaly = 2.0 * half.atan();
         anomaly - e * anomaly.sin()
     };
-    let node = Vec3::z().cross(&h);
+    let node = pole.cross(&h);
     let there = match place {
         Place::Periapsis => toward,
         Place::Apoapsis => -toward,
@@ -192,18 +196,18 @@ impl OrbitBurns {
         }
         let radius = r.norm();
         if let Some(other) = burn.opposite {
-            let speed = (2.0 * self.p.mu * (1.0 / radius - 1.0 / (radius + other))).sqrt();
+            let speed = (2.0 * self.mu * (1.0 / radius - 1.0 / (radius + other))).sqrt();
             return Some(ahead * speed - v);
         }
         let inclination = burn.inclination?;
         let rise = v.dot(&radial);
         let level = v - radial * rise;
-        let east = Vec3::z().cross(&radial);
+        let east = self.pole.cross(&radial);
         if !(east.norm() > 1e-9) {
             return None;
         }
         let (east, north) = (east.normalize(), radial.cross(&east.normalize()));
-        let cos_latitude = radial.x.hypot(radial.y);
+        let cos_latitude = self.pole.cross(&radial).norm();
         let sine = (inclination.cos() / cos_latitude).clamp(-1.0, 1.0);
         let cosine = (1.0 - sine * sine).sqrt() * level.dot(&north).signum();
         Some((east * sine + north * cosine) * begun.unwrap_or(level.norm()) - level)
@@ -212,7 +216,7 @@ impl OrbitBurns {
     fn until(&self, burn: &Burn, t: f64, r: &Vec3, v: &Vec3) -> Option<f64> {
         match (burn.time, burn.at) {
             (Some(time), _) => Some(time - t),
-            (_, Some(place)) => time_to(place, r, v, self.p.mu),
+            (_, Some(place)) => time_to(place, (r, v), self.mu, &self.pole),
             _ => None,
         }
     }
@@ -306,8 +310,9 @@ impl Model for OrbitBurns {
                 .help("sort them by `time`")
                 .at("burns"));
         }
-        let site = p.gravity.site();
-        Ok(OrbitBurns { p, site })
+        let (mu, site) = (body_mu(&p.world)?, p.world.axes().site());
+        let pole = p.world.planet_axes(0.0) * Vec3::z();
+        Ok(OrbitBurns { p, mu, site, pole })
     }
     fn direct(&self, c: &Clock, _: &(), d: &Plan, u: &OrbitBurnIn) -> OrbitBurnOut {
         self.decide(c, d, u).1
@@ -327,7 +332,7 @@ impl Model for OrbitBurns {
                 ),
                 "write a later `time`",
             )),
-            (_, Some(place)) if time_to(place, &r, &v, self.p.mu).is_none() => Some((
+            (_, Some(place)) if time_to(place, (&r, &v), self.mu, &self.pole).is_none() => Some((
                 format!("burn {}: the orbit has no {place:?} now: it waits for one", d.done + 1.0),
                 "write a `time`, or begin on an ellipse that is inclined",
             )),
@@ -341,6 +346,7 @@ impl Model for OrbitBurns {
 mod tests {
     use super::super::planet::tests::Point;
     use super::*;
+    use linkwork_runtime::PlainWorld;
     use std::sync::Arc;
 
     const MU: f64 = 3.986_004_418e14;
@@ -350,7 +356,7 @@ mod tests {
         OrbitBurns::build(OrbitBurnParams {
             burns,
             thrust,
-            mu: MU,
+            world: PlainWorld::inertial(MU, 6_378_137.0, 7.292e-5).handle(),
             gravity: Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>),
         })
     }
@@ -463,12 +469,12 @@ mod tests {
             (Place::AscendingNode, TAU + mean(-w) - mean(f)),
             (Place::DescendingNode, mean(pi - w) - mean(f)),
         ] {
-            let got = time_to(place, &r, &v, MU).unwrap();
+            let got = time_to(place, (&r, &v), MU, &Vec3::z()).unwrap();
             assert!((got - turn / n).abs() < 1e-6, "{place:?}: {got} {}", turn / n);
         }
-        assert!(time_to(Place::Apoapsis, &r, &(v * 2.0), MU).is_none());
+        assert!(time_to(Place::Apoapsis, (&r, &(v * 2.0)), MU, &Vec3::z()).is_none());
         let (r, v) = circular(7e6, 0.0);
-        assert!(time_to(Place::AscendingNode, &r, &v, MU).is_none());
+        assert!(time_to(Place::AscendingNode, (&r, &v), MU, &Vec3::z()).is_none());
     }
 
     #[test]

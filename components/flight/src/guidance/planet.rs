@@ -1,14 +1,13 @@
-//! The planet as guidance sees it: at the origin, about z, turning at one rate or, from a site, not at all.
+//! The ground as guidance sees it: a planet at the origin that turns about z, a site on one that does not turn, or level ground.
 //! ```text
-//! W inertial   the planet is at the origin of W and turns about z at `rate`
+//! W inertial   Q: axes of the planet at t = 0, origin at its centre; it turns about z of Q at `rate`
 //! W a site     p_P = X_PW p,  v_P = R_PW v: the planet's own axes, in which it stands still
+//! level        no planet, or one whose rotation is left out: up is against gravity, the ground stands still
 //! ```
-//! Laws are written once, for a planet at the origin that turns at [`Seen::rate`].
+//! Laws are written once, for a planet at the origin that turns at [`Ground::rate`]. Everything comes from the world of the simulation.
 
 use linkwork_runtime::prelude::*;
-
-/// Mean sidereal rate of Mars, rad/s, where nothing else is said.
-const MARS: f64 = 7.088_218_1e-5;
+use linkwork_spatial::Mat3;
 
 /// Position from the planet's centre (m) and inertial velocity (m/s) of a node, along the axes of W as they stand
 /// at the moment, where W is inertial with the planet at its origin, or a site.
@@ -23,55 +22,150 @@ pub fn over_ground(node: &NodeState, rate: f64) -> Vec3 {
     node.velocity - (Vec3::z() * rate).cross(&node.position)
 }
 
-/// How states and forces go between W and the axes that guidance works in.
+/// What W is for guidance.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
-    site: Option<Site>,
-    /// Rate of the planet about z of those axes, rad/s; 0 from a site.
-    pub rate: f64,
+enum Kind {
+    /// Inertial; `R_WQ`, none where it is the identity.
+    Inertial(Option<Quat>),
+    /// A site that turns with its planet.
+    Site(Site),
+    /// Level ground.
+    Level,
 }
 
-impl Seen {
-    /// From the field of gravity, which knows the site, and the rate that is written (rad/s; none: of Mars).
+/// How states and forces go between W and the axes that guidance works in.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    kind: Kind,
+    vertical: Vertical,
+    /// Rate of the planet about z of those axes, rad/s; 0 from a site and on level ground.
+    pub rate: f64,
+    /// Equatorial radius of the planet (m), where there is one.
+    radius: Option<f64>,
+}
+
+impl Frame {
+    /// From the world, and gravity where there is none.
     ///
     /// # Errors
-    /// A rate that is not the site's.
-    pub fn new(gravity: &Handle<dyn Gravity>, rate: Option<f64>) -> Result<Seen, BuildError> {
-        let Some(site) = gravity.site() else {
-            return Ok(Seen { site: None, rate: rate.unwrap_or(MARS) });
+    /// There is neither a world nor gravity: nothing says which way is up.
+    pub fn new(
+        world: Option<&Handle<dyn World>>,
+        gravity: Option<&Handle<dyn Gravity>>,
+    ) -> Result<Frame, BuildError> {
+        let vertical = Vertical::new(world, gravity)?;
+        let Some(world) = world else {
+            let axes = gravity.map_or(Axes::Any, |g| g.axes());
+            let kind = match axes {
+                Axes::Site(site) => Kind::Site(site),
+                // Gravity of a body without a world is that of another library; how the body turns is not known.
+                Axes::Inertial => {
+                    let fact = "gravity is that of a body at the origin of W, and the simulation has no `world` that says how it turns";
+                    let help = "write `world: (body: ..)` in the simulation";
+                    return Err(BuildError::new(fact).help(help));
+                }
+                Axes::Any | Axes::Level(_) => Kind::Level,
+            };
+            return Ok(Frame { kind, vertical, rate: 0.0, radius: None });
         };
-        match rate.filter(|r| *r != site.rate) {
-            None => Ok(Seen { site: Some(site), rate: 0.0 }),
-            Some(r) => {
-                let fact = format!(
-                    "planet_rate is {r} rad/s, but the site of `{}` turns at {} rad/s",
-                    gravity.path(),
-                    site.rate
-                );
-                Err(BuildError::new(fact).help("take `planet_rate` out").at("planet_rate"))
+        let (kind, rate) = match world.axes() {
+            Axes::Site(site) => (Kind::Site(site), 0.0),
+            Axes::Level(_) => (Kind::Level, 0.0),
+            Axes::Inertial | Axes::Any => {
+                let turn = world.planet_axes(0.0);
+                let rate = (turn.inverse() * world.planet_rate(0.0)).z;
+                let turn = (turn != Quat::identity()).then_some(turn);
+                (Kind::Inertial(turn), rate)
             }
-        }
+        };
+        Ok(Frame { kind, vertical, rate, radius: Some(world.radius()) })
     }
 
-    /// A node around the planet.
+    /// There is no planet, or its rotation and curvature are left out.
+    pub fn is_level(&self) -> bool {
+        matches!(self.kind, Kind::Level)
+    }
+
+    /// A node around the planet; on level ground as it is in W.
     pub fn node(&self, node: &NodeState) -> NodeState {
-        self.site.as_ref().map_or(*node, |s| s.around_planet(node))
+        match &self.kind {
+            Kind::Site(s) => s.around_planet(node),
+            Kind::Inertial(Some(turn)) => {
+                let back = turn.inverse();
+                NodeState {
+                    position: back * node.position,
+                    rotation: back * node.rotation,
+                    angular: back * node.angular,
+                    velocity: back * node.velocity,
+                }
+            }
+            Kind::Inertial(None) | Kind::Level => *node,
+        }
     }
 
     /// A vector of these axes in W.
     pub fn to_W(&self, v: &Vec3) -> Vec3 {
-        self.site.as_ref().map_or(*v, |s| s.from_planet_axes(v))
+        match &self.kind {
+            Kind::Site(s) => s.from_planet_axes(v),
+            Kind::Inertial(Some(turn)) => turn * v,
+            Kind::Inertial(None) | Kind::Level => *v,
+        }
     }
 
-    /// Direction of the site's origin from the planet's centre, in these axes; none when W is inertial.
+    /// Direction of the site's origin from the planet's centre, in these axes; none where W is no site.
     pub fn site(&self) -> Option<Vec3> {
-        self.site.as_ref().map(|s| s.pose.position.normalize())
+        if let Kind::Site(s) = &self.kind { Some(s.pose.position.normalize()) } else { None }
+    }
+
+    /// Distance (m) of the ground from the planet's centre where nothing else is written: of the origin of a site, else the equatorial
+    /// radius. 0 on level ground.
+    pub fn ground_radius(&self) -> f64 {
+        match &self.kind {
+            Kind::Site(s) => s.pose.position.norm(),
+            Kind::Inertial(_) => self.radius.unwrap_or(0.0),
+            Kind::Level => 0.0,
+        }
+    }
+
+    /// Unit vector upwards at p (m, W), W.
+    pub fn up(&self, t: f64, p: &Vec3) -> Vec3 {
+        self.vertical.up(t, p)
+    }
+
+    /// Velocity (m/s, W) over the ground of a node.
+    pub fn over_ground(&self, node: &NodeState) -> Vec3 {
+        match &self.kind {
+            Kind::Inertial(turn) => {
+                let pole = turn.map_or(Vec3::z(), |turn| turn * Vec3::z());
+                node.velocity - (pole * self.rate).cross(&node.position)
+            }
+            Kind::Site(_) | Kind::Level => node.velocity,
+        }
+    }
+
+    /// East, north and up of level ground as columns: x and y of W, turned so that up is against gravity.
+    pub fn level_axes(&self, t: f64, p: &Vec3) -> Mat3 {
+        let up = self.up(t, p);
+        let across = Vec3::x() - up * up.x;
+        let east = if across.norm() > 1e-9 { across.normalize() } else { Vec3::y() };
+        Mat3::from_columns(&[east, up.cross(&east), up])
+    }
+
+    /// Refuses a parameter that only a planet gives a meaning.
+    pub fn of_a_planet<T>(&self, written: Option<T>, param: &str) -> Result<(), BuildError> {
+        if written.is_none() || !self.is_level() {
+            return Ok(());
+        }
+        let fact = "it is a distance from the centre of a planet, and the ground is level here";
+        let help = format!("remove `{param}`, or write `world: (body: ..)` in the simulation");
+        Err(BuildError::new(fact).help(help).at(param))
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use linkwork_runtime::PlainWorld;
     use std::sync::Arc;
 
     /// A point of attraction around which W is a site, or at whose centre W is.
@@ -105,16 +199,45 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn a_rate_that_is_not_the_sites_is_refused() {
-        let pose = linkwork_spatial::Pose::new(Quat::identity(), Vec3::z() * 3.4e6);
-        let point =
-            Point { mu: 4.3e13, site: Some(Site { pose, rate: 7e-5, start: Quat::identity() }) };
-        let gravity = Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>);
-        let e = Seen::new(&gravity, Some(7.1e-5)).err().unwrap();
-        assert!(e.message.contains("7.1e-5") || e.message.contains("0.000071"), "{}", e.message);
-        assert!(e.param.as_deref() == Some("planet_rate") && e.help.is_some());
-        for rate in [None, Some(7e-5)] {
-            assert_eq!(Seen::new(&gravity, rate).unwrap().rate, 0.0);
+    fn a_leaning_planet_turns_about_its_own_pole() {
+        let lean = Quat::from_euler_angles(0.4, -0.3, 0.9);
+        let world = PlainWorld { start: lean, ..PlainWorld::inertial(4.3e13, 3.4e6, 7e-5) };
+        let frame = Frame::new(Some(&world.handle()), None).unwrap();
+        // What stands on the ground has no velocity over it, and its latitude in the frame is the planet's.
+        let in_planet = Vec3::new(1e6, 2e6, 2.5e6);
+        let p = lean * in_planet;
+        let v = world.planet_rate(0.0).cross(&p);
+        let node = NodeState { position: p, velocity: v, ..NodeState::identity() };
+        assert!(frame.over_ground(&node).norm() < 1e-9);
+        let seen = frame.node(&node);
+        assert!((seen.position - in_planet).norm() < 1e-8 && frame.rate == 7e-5);
+        assert!(over_ground(&seen, frame.rate).norm() < 1e-9);
+        assert!((frame.to_W(&seen.position) - p).norm() < 1e-8);
+        assert_eq!(frame.ground_radius(), 3.4e6);
+    }
+
+    #[test]
+    fn level_ground_has_gravity_for_its_vertical_and_no_planet() {
+        struct Down;
+        impl Gravity for Down {
+            fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+                Vec3::new(0.5, 0.0, -1.62)
+            }
+            fn uniform(&self) -> Option<Vec3> {
+                Some(Vec3::new(0.5, 0.0, -1.62))
+            }
         }
+        let down = Handle::new("g", Arc::new(Down) as Arc<dyn Gravity>);
+        let frame = Frame::new(None, Some(&down)).unwrap();
+        let node = NodeState { position: Vec3::new(1e5, 0.0, 50.0), ..NodeState::identity() };
+        assert_eq!((frame.node(&node), frame.rate), (node, 0.0));
+        let axes = frame.level_axes(0.0, &node.position);
+        let up = Vec3::new(-0.5, 0.0, 1.62).normalize();
+        assert!((axes.column(2) - up).norm() < 1e-15 && (axes.determinant() - 1.0).abs() < 1e-12);
+        let e = frame.of_a_planet(Some(1.0), "ground_radius").err().unwrap();
+        assert!(e.param.as_deref() == Some("ground_radius") && e.help.is_some());
+        assert!(Frame::new(None, None).err().unwrap().message.contains("which way is up"));
+        let point = Handle::new("g", Arc::new(Point { mu: 1.0, site: None }) as Arc<dyn Gravity>);
+        assert!(Frame::new(None, Some(&point)).err().unwrap().help.unwrap().contains("world"));
     }
 }

@@ -10,7 +10,7 @@
 //! approach and goes on until the part is removed.
 
 use super::ground_motion::over;
-use super::planet::Seen;
+use super::planet::Frame;
 use super::powered_descent::{Target, commanded, quadratic, thrust_limits};
 use linkwork_runtime::prelude::*;
 
@@ -41,12 +41,12 @@ pub struct TerminalDescentParams {
     /// Greatest force.
     #[param(unit = "N", range = 0.0..)]
     pub thrust_max: f64,
-    /// Distance of the ground from the planet's centre.
-    #[param(unit = "m", default = 3_396_190.0, range = 1.0..)]
-    pub ground_radius: f64,
-    /// Rate of the planet about z of W; unwritten: of the site that W is, or of Mars.
-    #[param(unit = "rad/s")]
-    pub planet_rate: Option<f64>,
+    /// Distance of the ground from the planet's centre; default: of the origin of the site that W is, or the equatorial radius.
+    #[param(unit = "m", range = 1.0..)]
+    pub ground_radius: Option<f64>,
+    /// The world; without one the ground is level.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
     /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
@@ -95,10 +95,10 @@ pub struct Chosen {
     /// When the approach ends.
     #[port("s")]
     pub arrival: f64,
-    /// Direction of the place from the planet's centre, axes of the planet.
+    /// Direction of the place from the planet's centre, axes of the planet; on level ground the place in W less its height (m).
     #[port("1")]
     pub place: Vec3,
-    /// Distance of the ground there from the planet's centre.
+    /// Distance of the ground there from the planet's centre; on level ground its height.
     #[port("m")]
     pub ground: f64,
 }
@@ -106,12 +106,13 @@ pub struct Chosen {
 /// Terminal descent.
 pub struct TerminalDescent {
     p: TerminalDescentParams,
-    planet: Seen,
+    frame: Frame,
+    radius: f64,
 }
 
 impl TerminalDescent {
     fn turned(&self, t: f64) -> Quat {
-        Quat::from_scaled_axis(Vec3::z() * (self.planet.rate * t))
+        Quat::from_scaled_axis(Vec3::z() * (self.frame.rate * t))
     }
 
     fn choose(&self, c: &Clock, d: &Chosen, u: &TerminalDescentIn) -> Chosen {
@@ -120,20 +121,34 @@ impl TerminalDescent {
         }
         let p = &self.p;
         let arrival = c.t + p.duration;
+        if self.frame.is_level() {
+            let axes = self.frame.level_axes(c.t, &u.body.position);
+            let up: Vec3 = axes.column(2).into();
+            let v = u.body.velocity;
+            let along = (v - up * v.dot(&up)) * (0.5 * p.duration);
+            let [east, north] = p.divert;
+            let there = match u.aimed {
+                true => u.place,
+                false => u.body.position + along + axes * Vec3::new(east, north, 0.0),
+            };
+            let ground = if u.aimed { there.dot(&up) } else { 0.0 };
+            let place = there - up * there.dot(&up);
+            return Chosen { chosen: true, arrival, place, ground };
+        }
         let back = self.turned(c.t).inverse();
         if u.aimed {
             let there = NodeState { position: u.place, ..u.body };
-            let there = back * self.planet.node(&there).position;
+            let there = back * self.frame.node(&there).position;
             let ground = there.norm();
             return Chosen { chosen: true, arrival, place: there / ground, ground };
         }
-        let body = self.planet.node(&u.body);
-        let o = over(&body, self.planet.rate);
+        let body = self.frame.node(&u.body);
+        let o = over(&body, self.frame.rate);
         let up = body.position.normalize();
         let along = (o.velocity - up * o.velocity.dot(&up)) * (0.5 * p.duration);
         let divert = o.R_WE * Vec3::new(p.divert[0], p.divert[1], 0.0);
         let place = (back * (body.position + along + divert)).normalize();
-        Chosen { chosen: true, arrival, place, ground: p.ground_radius }
+        Chosen { chosen: true, arrival, place, ground: self.radius }
     }
 }
 
@@ -146,23 +161,31 @@ impl Model for TerminalDescent {
     type D = Chosen;
     fn build(p: TerminalDescentParams) -> Result<Self, BuildError> {
         thrust_limits(p.thrust_min, p.thrust_max)?;
-        let planet = Seen::new(&p.gravity, p.planet_rate)?;
-        Ok(TerminalDescent { p, planet })
+        let frame = Frame::new(p.world.as_ref(), Some(&p.gravity))?;
+        frame.of_a_planet(p.ground_radius, "ground_radius")?;
+        let radius = p.ground_radius.unwrap_or_else(|| frame.ground_radius());
+        Ok(TerminalDescent { p, frame, radius })
     }
     fn init_d(&self) -> Chosen {
         Chosen { chosen: false, arrival: 0.0, place: Vec3::x(), ground: 0.0 }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Chosen, u: &TerminalDescentIn) -> TerminalDescentOut {
         let p = &self.p;
-        let body = self.planet.node(&u.body);
+        let body = self.frame.node(&u.body);
         let d = self.choose(c, d, u);
-        let (to_go, omega) = (d.arrival - c.t, Vec3::z() * self.planet.rate);
+        let (to_go, omega) = (d.arrival - c.t, Vec3::z() * self.frame.rate);
         let (r, v) = (body.position, body.velocity);
-        let vertical = self.turned(c.t) * d.place;
-        let sideways = r - vertical * r.dot(&vertical);
+        let level = self.frame.is_level();
+        // Up at the place now and at the end, and where its height counts from.
+        let [vertical, up] = match level {
+            true => [self.frame.up(c.t, &u.body.position); 2],
+            false => [self.turned(c.t) * d.place, self.turned(d.arrival) * d.place],
+        };
+        let foot = if level { d.place } else { Vec3::zeros() };
+        let off = r - foot;
+        let sideways = off - vertical * off.dot(&vertical);
         let a = if to_go > p.freeze - 1e-9 {
-            let up = self.turned(d.arrival) * d.place;
-            let position = up * (d.ground + p.height);
+            let position = foot + up * (d.ground + p.height);
             let target = Target {
                 position,
                 velocity: omega.cross(&position) - up * p.speed,
@@ -175,7 +198,7 @@ impl Model for TerminalDescent {
             omega.cross(&omega.cross(&r)) - sideways * (k * k) - off * (2.0 * k)
         };
         let falls = p.gravity.free_fall(c.t, u.body.position, u.body.velocity);
-        let a = self.planet.to_W(&a);
+        let a = self.frame.to_W(&a);
         let (force, limited) = commanded(&a, &falls, u.mass, (p.thrust_min, p.thrust_max));
         TerminalDescentOut { force, to_go, off: sideways.norm(), limited }
     }
@@ -198,6 +221,7 @@ impl Model for TerminalDescent {
 mod tests {
     use super::super::ground_motion::east_north_up;
     use super::*;
+    use linkwork_runtime::PlainWorld;
     use std::sync::Arc;
 
     const MU: f64 = 4.282_837e13;
@@ -218,8 +242,8 @@ mod tests {
             settle: 2.0,
             thrust_min: 0.0,
             thrust_max: 25e3,
-            ground_radius: 3.39e6,
-            planet_rate: None,
+            ground_radius: Some(3.39e6),
+            world: Some(PlainWorld::inertial(MU, 3.39e6, 7.088_218_1e-5).handle()),
             gravity: Handle::new("gravity", Arc::new(Point) as Arc<dyn Gravity>),
         }
     }
@@ -240,7 +264,10 @@ mod tests {
         for site in [None, Some(Site { pose, rate: 0.0, start: Quat::identity() })] {
             let gravity = Arc::new(Around { mu: MU, site }) as Arc<dyn Gravity>;
             let p = TerminalDescentParams {
-                planet_rate: Some(0.0),
+                world: Some(match site {
+                    Some(site) => PlainWorld::of_site(MU, 3.39e6, site).handle(),
+                    None => PlainWorld::inertial(MU, 3.39e6, 0.0).handle(),
+                }),
                 gravity: Handle::new("gravity", gravity),
                 ..params()
             };
@@ -335,5 +362,44 @@ mod tests {
             m.remarks(&c, &(), &m.init_d(), &(), &free(body, 1.0), &())
         };
         assert!(said(2.0).is_empty() && said(40.0)[0].param.as_deref() == Some("freeze"));
+    }
+
+    /// Over level ground, far from the origin of W, it comes down as it does over the origin, to the place or where it goes of itself.
+    #[test]
+    fn on_level_ground_the_origin_does_not_matter() {
+        struct Down;
+        impl Gravity for Down {
+            fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+                Vec3::z() * -1.62
+            }
+        }
+        let gravity = Handle::new("g", Arc::new(Down) as Arc<dyn Gravity>);
+        let p = TerminalDescentParams { ground_radius: None, world: None, gravity, ..params() };
+        let m = TerminalDescent::build(p).map_err(|e| e.message).unwrap();
+        for aimed in [false, true] {
+            let ends = [Vec3::zeros(), Vec3::new(1e5, -3e4, 0.0)].map(|foot| {
+                let (mass, dt) = (2000.0, 0.02);
+                let mut r = foot + Vec3::new(-400.0, 150.0, 1200.0);
+                let mut v = Vec3::new(20.0, -8.0, -45.0);
+                let place = foot + Vec3::new(30.0, 60.0, 5.0);
+                let mut d = m.init_d();
+                for k in 0..2000 {
+                    let body = NodeState { position: r, velocity: v, ..NodeState::identity() };
+                    let u = TerminalDescentIn { place, aimed, ..free(body, mass) };
+                    let c = Clock::at(dt * f64::from(k), dt, 0);
+                    let y = m.direct(&c, &(), &d, &u, &());
+                    d = m.update(&c, &(), &d, &(), &u, &mut ());
+                    let a = y.force / mass - Vec3::z() * 1.62;
+                    r += v * dt + a * (0.5 * dt * dt);
+                    v += a * dt;
+                }
+                (r - foot, v)
+            });
+            assert!((ends[0].0 - ends[1].0).norm() < 1e-6 && (ends[0].1 - ends[1].1).norm() < 1e-9);
+            let want =
+                if aimed { Vec3::new(30.0, 60.0, 25.0) } else { Vec3::new(200.0, -110.0, 20.0) };
+            assert!((ends[0].0 - want).norm() < 1.5, "{} {want}", ends[0].0);
+            assert!((ends[0].1 + Vec3::z() * 0.75).norm() < 0.2, "{}", ends[0].1);
+        }
     }
 }

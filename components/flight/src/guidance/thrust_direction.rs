@@ -5,7 +5,6 @@
 //! ```
 //! with x_T as near to `forward` as z_T permits. Without a force the body is to stay as it is. Where z_T lies along `forward`, x of the body takes its place.
 
-use super::planet::Seen;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_spatial::nalgebra::Rotation3;
@@ -19,9 +18,12 @@ pub struct ThrustDirectionParams {
     /// Greatest angle of the thrust to the vertical.
     #[param(unit = "rad", default = 1.0471975511965976, range = 0.0..=3.15)]
     pub tilt_max: f64,
-    /// Gravity, which knows the site.
+    /// The world; without one the ground is level.
     #[param(service)]
-    pub gravity: Handle<dyn Gravity>,
+    pub world: Option<Handle<dyn World>>,
+    /// Gravity, for the vertical of level ground.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
 }
 
 /// The body and the force.
@@ -55,7 +57,7 @@ pub struct ThrustDirectionOut {
 /// Attitude for a force.
 pub struct ThrustDirection {
     p: ThrustDirectionParams,
-    planet: Seen,
+    vertical: Vertical,
 }
 
 /// Unit vector `z` turned towards `up` until the angle between them is no more than `most`; whether it was turned.
@@ -80,17 +82,16 @@ impl Model for ThrustDirection {
                 .help("write a direction in W, e.g. forward: [1, 0, 0]")
                 .at("forward"));
         }
-        let planet = Seen::new(&p.gravity, None)?;
-        Ok(ThrustDirection { p, planet })
+        let vertical = Vertical::new(p.world.as_ref(), p.gravity.as_ref())?;
+        Ok(ThrustDirection { p, vertical })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &ThrustDirectionIn) -> ThrustDirectionOut {
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &ThrustDirectionIn) -> ThrustDirectionOut {
         let (size, body) = (u.force.norm(), &u.body);
         if !(size > 0.0) {
             let (target, thrust) = (body.rotation, Vec3::zeros());
             return ThrustDirectionOut { target, thrust, off: 0.0, limited: false };
         }
-        let from = self.planet.node(body).position;
-        let up = self.planet.to_W(&(from / from.norm()));
+        let up = self.vertical.up(c.t, &body.position);
         let (z, limited) = within(&(u.force / size), &up, self.p.tilt_max);
         let mut y = z.cross(&self.p.forward.normalize());
         if y.norm() < 1e-6 {
@@ -116,7 +117,8 @@ mod tests {
 
     fn law(tilt_max: f64, forward: Vec3, site: Option<Site>) -> ThrustDirection {
         let gravity = Handle::new("g", Arc::new(Point { mu: 4.3e13, site }) as Arc<dyn Gravity>);
-        ThrustDirection::build(ThrustDirectionParams { forward, tilt_max, gravity })
+        let (world, gravity) = (None, Some(gravity));
+        ThrustDirection::build(ThrustDirectionParams { forward, tilt_max, world, gravity })
             .map_err(|e| e.message)
             .unwrap()
     }
@@ -192,8 +194,8 @@ mod tests {
             (y.target * Vec3::y()).dot(&x).abs() < 1e-12 && (y.target * Vec3::x()).dot(&x) > 0.0
         );
         let gravity = Arc::new(Point { mu: 1.0, site: None }) as Arc<dyn Gravity>;
-        let (forward, gravity) = (Vec3::zeros(), Handle::new("g", gravity));
-        let wrong = ThrustDirectionParams { forward, tilt_max: 1.0, gravity };
+        let (forward, gravity) = (Vec3::zeros(), Some(Handle::new("g", gravity)));
+        let wrong = ThrustDirectionParams { forward, tilt_max: 1.0, world: None, gravity };
         let e = ThrustDirection::build(wrong).err().unwrap();
         assert!(e.param.as_deref() == Some("forward") && e.help.is_some());
     }

@@ -132,6 +132,17 @@ impl Model for Airbag {
     type X = Gas;
     type D = Vent;
     type G = Opening;
+    fn build(p: AirbagParams) -> Result<Self, BuildError> {
+        if p.pressure < p.ambient {
+            let fact = format!(
+                "the bag has {} Pa inside and {} Pa outside: it would collapse",
+                p.pressure, p.ambient
+            );
+            let help = "write `pressure` at or above `ambient`: it is absolute";
+            return Err(BuildError::new(fact).help(help).at("pressure"));
+        }
+        Ok(Airbag { p })
+    }
     fn init_x(&self) -> Gas {
         Gas { share: 1.0 }
     }
@@ -232,6 +243,14 @@ mod tests {
             }
         }
         (v, most, x.share)
+    }
+
+    #[test]
+    fn a_bag_below_the_ambient_pressure_is_refused() {
+        let p = |pressure| AirbagParams { pressure, ambient: 700.0, ..bag(None).p };
+        let e = Airbag::build(p(100.0)).err().unwrap();
+        assert!(e.param.as_deref() == Some("pressure") && e.message.contains("100 Pa"));
+        assert!(Airbag::build(p(700.0)).is_ok());
     }
 
     #[test]

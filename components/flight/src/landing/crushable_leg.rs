@@ -244,6 +244,14 @@ impl Model for CrushableLeg {
             .help("add a terrain and leave `ground` out, or leave `pad` out")
             .at("pad"));
         }
+        if let Some(k) = p.stages.windows(2).position(|w| w[1].force < w[0].force) {
+            let (hard, soft) = (p.stages[k].force, p.stages[k + 1].force);
+            let fact =
+                format!("a stage of {hard} N before one of {soft} N: the softer one crushes first");
+            return Err(BuildError::new(fact)
+                .help("write the stages soft before hard")
+                .at("stages"));
+        }
         Ok(CrushableLeg { p })
     }
     fn moore(&self, _: &Clock, x: &Crush) -> Stroke {
@@ -269,6 +277,15 @@ impl Model for CrushableLeg {
 mod tests {
     use super::super::tip_over::crush;
     use super::*;
+
+    #[test]
+    fn stages_are_soft_before_hard() {
+        let stage = |force| Stage { stroke: 0.1, force };
+        let p = |forces: [f64; 2]| leg(forces.map(stage).to_vec()).p;
+        let e = CrushableLeg::build(p([1e4, 1e3])).err().unwrap();
+        assert!(e.param.as_deref() == Some("stages") && e.help.is_some(), "{}", e.message);
+        assert!(CrushableLeg::build(p([1e3, 1e4])).is_ok());
+    }
 
     fn leg(stages: Vec<Stage>) -> CrushableLeg {
         CrushableLeg {

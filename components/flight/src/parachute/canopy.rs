@@ -3,7 +3,7 @@
 //! C_D S(t) = C_D S₀ η(M) f(t) (1 + A sin 2πFt)           F_drag = −½ ρ C_D S |v| v,  v: through the air
 //! f        share of the area: `packed` before it opens; each stage fills from what is there to its own share
 //! m_a      = k_a ρ (4/3) π (D₀/2)³ f^(3/2)                apparent mass, at the node
-//! (m + m_a) a = F_drag + m g − ṁ_a v + lines              no gravity on m_a; a: in inertial space, also where W is a site
+//! m a + m_a (a − a_air) = F_drag + m g − ṁ_a v + lines     no gravity on m_a; a_air = ω × (ω × r): of air that turns with its planet
 //! ```
 //! A stage that is the only one and goes to 1 is a canopy without reefing. The instants at which it opens,
 //! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
@@ -13,7 +13,7 @@
 //! ρ̇ in ṁ_a is taken along the path over ±1 ms.
 
 use super::inflation::{DISK_GAP_BAND, filling_time, share};
-use crate::aerodynamics::air_data::Outside;
+use crate::aerodynamics::air_data::{Outside, gravity_in_air};
 use crate::aerodynamics::gusty;
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
@@ -44,7 +44,7 @@ pub struct CanopyParams {
     /// What happens above the last of these Mach numbers: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
-    /// When it opens; unwritten: where the input `deploy` rises through ½.
+    /// When it opens; default: where the input `deploy` rises through ½.
     #[param(unit = "s")]
     pub start: Option<f64>,
     /// Share of the area before it opens.
@@ -53,7 +53,7 @@ pub struct CanopyParams {
     /// Stages of filling; one that goes to 1 is a canopy without reefing.
     #[param(default = vec![Stage { after: 0.0, share: 1.0 }])]
     pub stages: Vec<Stage>,
-    /// Filling time of a stage; unwritten: after Greene.
+    /// Filling time of a stage; default: after Greene.
     #[param(unit = "s", range = 1e-6..)]
     pub filling_time: Option<f64>,
     /// Geometric porosity λ in percent, for the filling time after Greene.
@@ -77,6 +77,9 @@ pub struct CanopyParams {
     /// Gravity, which does not pull at the apparent mass.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
+    /// The world, whose air turns with it.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The canopy and the command.
@@ -228,7 +231,8 @@ impl Model for Canopy {
     type D = Filling;
     type G = NextChange;
     fn build(p: CanopyParams) -> Result<Self, BuildError> {
-        let efficiency = Curve::new(&p.efficiency, "efficiency")?;
+        let efficiency = Curve::new(&p.efficiency, "efficiency")?
+            .not_negative("the efficiency of the drag", "efficiency")?;
         let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("stages"));
         match p.stages.first() {
             None => return wrong("a canopy without a stage never opens", "write stages: [()]"),
@@ -267,9 +271,7 @@ impl Model for Canopy {
             let slope = (density(h) - density(-h)) / (2.0 * h);
             apparent_mass = volume * air.density * f.powf(1.5);
             let growth = volume * (slope * f.powf(1.5) + 1.5 * air.density * f.sqrt() * rate);
-            // Axes that turn act on all that has inertia, gravity on what has weight.
-            let turning = p.gravity.site().map_or_else(Vec3::zeros, |s| s.centrifugal(&place));
-            let pull = p.gravity.acceleration(c.t, place) - turning;
+            let pull = gravity_in_air(&p.gravity, p.world.as_ref(), c.t, &place);
             force -= v * growth + pull * apparent_mass;
         }
         let load = Wrench { moment: Vec3::zeros(), force };
@@ -431,6 +433,7 @@ mod tests {
             apparent: 0.0,
             atmosphere: Handle::new("air", Arc::new(Level(density)) as Arc<dyn Atmosphere>),
             gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
+            world: None,
         }
     }
 
@@ -550,6 +553,9 @@ mod tests {
         let mut p = params(0.01);
         (p.start, p.efficiency) = (None, vec![[0.25, 1.0], [0.03, 1.0]]);
         assert!(Canopy::build(p.clone()).is_err(), "rows that do not rise");
+        p.efficiency = vec![[0.0, -1.0]];
+        let e = Canopy::build(p.clone()).err().unwrap();
+        assert!(e.message.contains("below zero") && e.param.as_deref() == Some("efficiency"));
         p.efficiency = vec![[0.005, 1.0], [0.02, 0.8]];
         let m = Canopy::build(p.clone()).unwrap();
         // Sound goes at 1e4 m/s: Mach 0.01 and 0.03.

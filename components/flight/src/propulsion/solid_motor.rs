@@ -1,11 +1,12 @@
 //! `flight.solid_motor`: a motor whose thrust follows a curve once it is lit.
 //! ```text
-//! T = T_curve(t − t₀) − p A_e  while it burns        ṁ = T_curve/(I_sp g₀)
+//! T = max(0, T_curve(t − t₀) − p A_e)  while it burns        ṁ = T_curve/(I_sp g₀)
 //! burnt so far   ∫ T_curve dt/(I_sp g₀)
 //! ```
 //! It burns to the end of its curve, whatever is commanded. Ignition, every row of the curve and the end
 //! are events. Its flow goes to a `flight.propellant_tank` or to whatever else has its mass.
 
+use crate::engine::nozzle_thrust;
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
@@ -23,7 +24,7 @@ pub struct SolidMotorParams {
     /// Area of the nozzle's exit, on which the ambient pressure acts.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub exit_area: f64,
-    /// When it is lit; unwritten: where the input `ignite` rises through ½.
+    /// When it is lit; default: where the input `ignite` rises through ½.
     #[param(unit = "s")]
     pub start: Option<f64>,
 }
@@ -113,7 +114,7 @@ impl Model for SolidMotor {
         }
         let since = (c.t - d.lit).max(0.0);
         let vacuum = self.curve.at(since);
-        let thrust = vacuum - u.pressure * p.exit_area;
+        let thrust = nozzle_thrust(vacuum, u.pressure, p.exit_area);
         let force = u.nozzle.rotation * Vec3::z() * thrust;
         MotorOut {
             load: Wrench { moment: Vec3::zeros(), force },
@@ -178,6 +179,9 @@ mod tests {
         assert!(end.thrust == 0.0 && (end.burnt / total - 1.0).abs() < 1e-14);
         let middle = m.direct(&at(3.0), &(), &Burn { rows: 2.0, lit: 1.0 }, &u(0.0), &());
         assert!((middle.thrust - (900.0 - 50.0)).abs() < 1e-12);
+        // Where the curve begins the ambient pressure is stronger than the jet.
+        let begins = m.direct(&at(1.001), &(), &Burn { rows: 1.0, lit: 1.0 }, &u(0.0), &());
+        assert_eq!(begins.thrust, 0.0);
         for curve in [vec![[0.1, 1.0], [1.0, 1.0]], vec![[0.0, 1.0]], vec![[0.0, 1.0], [1.0, -1.0]]]
         {
             let e = SolidMotor::build(SolidMotorParams { curve, ..p.clone() }).err().unwrap();

@@ -1,10 +1,11 @@
 //! `flight.vector_thrust`: engines seen as one force that follows a command, for flight in three degrees of freedom.
 //! ```text
 //! Ḟ = (F_cmd − F)/τ      F in vacuum, W, at the node      ṁ = |F|/(I_sp g₀)
-//! F (1 − p A_e/|F|)      what acts: the ambient pressure on the nozzles' exits
+//! F max(0, 1 − p A_e/|F|)      what acts: the ambient pressure on the nozzles' exits
 //! ```
 //! Attitude is not asked: right where it is turned fast enough. Without τ the force is the command.
 
+use crate::engine::nozzle_thrust;
 use linkwork_runtime::prelude::*;
 
 /// Standard gravity, m/s².
@@ -50,7 +51,7 @@ pub struct VectorThrustOut {
     /// On the body.
     #[port(bind = "body")]
     pub load: Wrench,
-    /// Size of the force; below zero where the pressure is stronger.
+    /// Size of the force; 0 where the pressure is stronger than the jets.
     #[port("N")]
     pub thrust: f64,
     /// Propellant that it takes.
@@ -88,11 +89,11 @@ impl Model for VectorThrust {
             (true, false) => u.command,
         };
         let vacuum = force.norm();
-        let back = if vacuum > 0.0 { u.pressure * self.p.exit_area } else { 0.0 };
-        let acting = if back > 0.0 { force * (1.0 - back / vacuum) } else { force };
+        let thrust = nozzle_thrust(vacuum, u.pressure, self.p.exit_area);
+        let acting = if thrust < vacuum { force * (thrust / vacuum) } else { force };
         VectorThrustOut {
             load: Wrench { moment: Vec3::zeros(), force: acting },
-            thrust: vacuum - back,
+            thrust,
             flow: vacuum / (self.p.specific_impulse * G0),
         }
     }
@@ -125,6 +126,9 @@ mod tests {
         assert_eq!((vacuum.load.force, vacuum.thrust), (command, 5.0e5));
         assert!((ground.thrust - 0.8e5).abs() < 1e-9 && ground.flow == vacuum.flow);
         assert!((ground.load.force - command * 0.16).norm() < 1e-9);
+        // What a lag leaves of a force that is commanded to nothing does not pull backwards.
+        let weak = at(Vec3::z() * 1e-3, 1e5);
+        assert!(weak.thrust == 0.0 && weak.load.force == Vec3::zeros() && weak.flow > 0.0);
         // An engine that is off has no jet that the air could push at.
         assert_eq!(at(Vec3::zeros(), 1e5).load, Wrench::zero());
     }

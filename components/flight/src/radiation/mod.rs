@@ -1,14 +1,11 @@
-//! Light that presses on spacecraft: on a ball, on flat panels; in the sunlight and in the shadow of a planet.
+//! Light that presses on spacecraft: on a ball, on flat panels; in the sunlight and in the shadow of bodies.
 //!
-//! The planet is at the origin of W, or its centre is where the site that W is says. The Sun is asked for in W, so that it turns there as
-//! its service says: `environment.ephemeris_sun` and `environment.fixed_sun` with a `planet` let it stand among the stars.
+//! Direction, distance and shadow are those of the light at the place ([`Sun::light`]), which solar panels and sun sensors have, too.
 
 pub mod ball;
 pub mod panels;
 
 use linkwork_runtime::prelude::*;
-use linkwork_world::eclipse::Discs;
-use linkwork_world::planet::{AU, RADIUS_SUN};
 
 /// Where the light begins to fade and where it ends.
 #[derive(Ports, Clone, Copy, Debug)]
@@ -22,25 +19,7 @@ pub struct Edges {
 }
 
 impl Edges {
-    fn of(discs: &Discs) -> Edges {
-        Edges { penumbra: discs.penumbra_edge(), umbra: discs.umbra_edge() }
+    fn of(light: &Light) -> Edges {
+        Edges { penumbra: light.penumbra, umbra: light.umbra }
     }
-}
-
-/// What a body sees: all from the planet's centre, axes of W, m.
-struct Sky {
-    /// The body.
-    body: Vec3,
-    /// The Sun.
-    sun: Vec3,
-    /// Its disc and the planet's in the sky over the body.
-    discs: Discs,
-}
-
-/// The sky at the time `t` (s) over `p` (m, W).
-fn look(sun: &dyn Sun, site: Option<&Site>, planet_radius: f64, t: f64, p: &Vec3) -> Sky {
-    let body = site.map_or(*p, |s| s.from_centre(p));
-    let seen = sun.state(t);
-    let sun = seen.direction * (seen.distance_au * AU);
-    Sky { body, sun, discs: Discs::seen(&body, &sun, planet_radius, RADIUS_SUN) }
 }

@@ -1,17 +1,18 @@
 //! `flight.panel_radiation_pressure`: sunlight, and light from the planet, press on flat panels.
 //! ```text
 //! F_k = −p A cos θ [(1 − ρ_s) ŝ + 2 (ρ_s cos θ + ρ_d/3) n̂]  where cos θ = n̂ · ŝ > 0          M = Σ c_k × F_k
-//! Sun       p = ν P (AU/d)², ŝ to the Sun; P = 4.56e-6 N/m², ν visible part of its disc (Montenbruck & Gill, 3.4.2)
-//! planet    p ŝ = −e P (AU/d)²: light that its ground scatters (albedo), and its heat (infrared), as if from one place
+//! Sun       p = ν E/c, ŝ to the Sun; E power of its light, ν visible part of its disc
+//! planet    p ŝ = −e E/c: light that its ground scatters (albedo), and its heat (infrared), as if from one place
 //! ```
 //! Panels are typed, or the facets of a `mesh`, or both: what is typed (a solar array, an antenna) comes on top of the mesh.
 //! Edges of penumbra and umbra are events. No panel shades another: right for convex bodies, an overestimate for others.
 //! The planet is a ball; its light is that of `linkwork_world::eclipse::planet_light`.
 
-use super::{Edges, Sky, look};
+use super::Edges;
 use crate::mesh::{MeshParams, some_panels};
+use linkwork_runtime::AU;
 use linkwork_runtime::prelude::*;
-use linkwork_world::eclipse::{planet_light, plate, pressure};
+use linkwork_world::eclipse::{planet_light, plate};
 use linkwork_world::gravity::polyhedron::Facet;
 
 /// A flat panel, lit from the side of its normal. What has two sides is two panels.
@@ -47,21 +48,18 @@ pub struct RadiationPanelParams {
     /// Part that they scatter.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub mesh_diffuse: f64,
-    /// Radius of the planet that casts a shadow and throws light back; 0: none.
-    #[param(unit = "m", default = 6_378_137.0, range = 0.0..)]
-    pub planet_radius: f64,
     /// Part of the sunlight that the planet's ground scatters: the Earth 0.3, Mars 0.25, the Moon 0.12.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub albedo: f64,
     /// Part of the mean sunlight that it gives off as heat: 1 − albedo in balance.
     #[param(default = 0.0, range = 0.0..=1.0)]
     pub infrared: f64,
-    /// The Sun, seen from the planet's centre.
+    /// The Sun, with the bodies that stand before it.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
-    /// Gravity, which knows the site that W may be.
+    /// The world, whose body throws light back.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The body.
@@ -92,15 +90,9 @@ pub struct LitOut {
 /// Light on panels.
 pub struct PanelRadiation {
     p: RadiationPanelParams,
-    site: Option<Site>,
 }
 
 impl PanelRadiation {
-    fn look(&self, c: &Clock, u: &LitIn) -> Sky {
-        let p = &self.p;
-        look(&*p.sun, self.site.as_ref(), p.planet_radius, c.t, &u.body.position)
-    }
-
     /// Force and moment of light with a pressure (N/m²) from a direction, body axes.
     fn lit(&self, pressure: f64, from: &Vec3) -> (Vec3, Vec3) {
         let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
@@ -154,22 +146,31 @@ impl Model for PanelRadiation {
             p.panels.extend(mesh.facets()?.iter().map(lit));
         }
         some_panels(p.panels.len())?;
-        let site = p.gravity.as_ref().and_then(|g| g.site());
-        Ok(PanelRadiation { p, site })
+        if p.world.is_none() && (p.albedo > 0.0 || p.infrared > 0.0) {
+            let fact = "light of a planet, and the simulation has no `world` that has one";
+            let help =
+                "write `world: (body: ..)` in the simulation, or leave `albedo` and `infrared` out";
+            return Err(BuildError::new(fact).help(help).at("albedo"));
+        }
+        Ok(PanelRadiation { p })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &LitIn) -> LitOut {
-        let Sky { body, sun, discs } = self.look(c, u);
-        let to_sun = sun - body;
-        let visible = discs.visible_fraction();
-        let to_body = u.body.rotation.inverse();
-        let d = to_sun.norm();
-        let sunlight = visible * pressure(d);
-        let (mut force, mut moment) = self.lit(sunlight, &(to_body * (to_sun / d)));
         let p = &self.p;
-        let far = sun.norm();
-        let e = planet_light(&body, &(sun / far), p.planet_radius, p.albedo, p.infrared);
+        let light = p.sun.light(c.t, &u.body.position);
+        let (visible, to_body) = (light.visible, u.body.rotation.inverse());
+        let sunlight = visible * light.pressure();
+        let (mut force, mut moment) = self.lit(sunlight, &(to_body * light.direction));
+        // At the planet the Sun is as far as it is from its centre.
+        let (e, planet_light_pressure) = match &p.world {
+            Some(world) if p.albedo > 0.0 || p.infrared > 0.0 => {
+                let (seen, r) = (p.sun.state(c.t), world.from_centre(&u.body.position));
+                let e = planet_light(&r, &seen.direction, world.radius(), p.albedo, p.infrared);
+                (e, light.pressure() * (light.distance / (seen.distance_au * AU)).powi(2))
+            }
+            _ => (Vec3::zeros(), 0.0),
+        };
         let share = e.norm();
-        let planet_pressure = share * pressure(far);
+        let planet_pressure = share * planet_light_pressure;
         if share > 0.0 {
             let (f, m) = self.lit(planet_pressure, &(to_body * (e / -share)));
             force += f;
@@ -180,7 +181,7 @@ impl Model for PanelRadiation {
         LitOut { load, visible, pressure: sunlight, planet_pressure }
     }
     fn guards(&self, c: &Clock, _: &(), _: &(), _: &(), u: &LitIn) -> Edges {
-        Edges::of(&self.look(c, u).discs)
+        Edges::of(&self.p.sun.light(c.t, &u.body.position))
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
     fn fired(&self, _: &Clock, _: usize) -> ((), ()) {
@@ -191,14 +192,30 @@ impl Model for PanelRadiation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linkwork_runtime::{PlainWorld, SPEED_OF_LIGHT};
     use linkwork_spatial::Quat;
-    use linkwork_world::planet::AU;
     use std::sync::Arc;
 
-    struct Along(Vec3);
+    const RADIUS: f64 = 6_378_137.0;
+
+    /// A Sun at 1 AU from a planet at a place in W, with a shadow without a penumbra.
+    struct Along(Vec3, Vec3);
     impl Sun for Along {
         fn state(&self, _: f64) -> SunState {
             SunState { direction: self.0, distance_au: 1.0 }
+        }
+        fn light(&self, _: f64, p: &Vec3) -> Light {
+            let r = p - self.1;
+            let to = self.0 * AU - r;
+            let dark = r.dot(&self.0) < 0.0 && r.cross(&self.0).norm() < RADIUS;
+            Light {
+                direction: to.normalize(),
+                distance: to.norm(),
+                irradiance: 4.56e-6 * SPEED_OF_LIGHT * (AU / to.norm()).powi(2),
+                visible: if dark { 0.0 } else { 1.0 },
+                penumbra: 1.0,
+                umbra: 1.0,
+            }
         }
     }
 
@@ -211,26 +228,27 @@ mod tests {
         albedo: f64,
         infrared: f64,
     ) -> Result<PanelRadiation, BuildError> {
-        seen_from(panels, (albedo, infrared), Vec3::x(), None)
+        let world = PlainWorld::inertial(4e14, RADIUS, 0.0);
+        seen_from(panels, (albedo, infrared), Vec3::x(), world)
     }
 
     fn seen_from(
         panels: Vec<LitPanel>,
         (albedo, infrared): (f64, f64),
         sun: Vec3,
-        gravity: Option<Handle<dyn Gravity>>,
+        world: PlainWorld,
     ) -> Result<PanelRadiation, BuildError> {
-        let sun = Arc::new(Along(sun)) as Arc<dyn Sun>;
+        let centre = -world.from_centre(&Vec3::zeros());
+        let sun = Arc::new(Along(sun, centre)) as Arc<dyn Sun>;
         PanelRadiation::build(RadiationPanelParams {
             panels,
             mesh: None,
             mesh_specular: 0.0,
             mesh_diffuse: 0.0,
-            planet_radius: 6_378_137.0,
             albedo,
             infrared,
             sun: Handle::new("sun", sun),
-            gravity,
+            world: Some(world.handle()),
         })
     }
 
@@ -302,14 +320,15 @@ mod tests {
 
     #[test]
     fn from_a_site_the_planet_is_below_it() {
-        let (site, gravity) = crate::attitude::tests::fast_site();
+        let (site, _) = crate::attitude::tests::fast_site();
+        let world = PlainWorld::of_site(4e14, RADIUS, site);
         let to_W = Quat::from_euler_angles(0.7, -0.3, 1.9);
         let attitude = Quat::from_euler_angles(0.1, 0.4, -0.8);
         let r = Vec3::new(2e6, 6.7e6, 0.3e6);
         let panels = [Vec3::x(), -Vec3::y(), Vec3::new(-0.3, -0.8, 0.2)];
         let panels = panels.map(|n| panel(2.0, n, Vec3::new(0.3, -0.2, 0.7))).to_vec();
         let there = model(panels.clone(), 0.3, 0.7).unwrap();
-        let here = seen_from(panels, (0.3, 0.7), to_W * Vec3::x(), Some(gravity)).unwrap();
+        let here = seen_from(panels, (0.3, 0.7), to_W * Vec3::x(), world).unwrap();
         let a = at(&there, r, attitude);
         let b = at(&here, to_W * r - site.from_centre(&Vec3::zeros()), to_W * attitude);
         let scale = a.load.force.norm();
@@ -335,18 +354,17 @@ mod tests {
         mesh: &str,
         specular: f64,
     ) -> Result<PanelRadiation, BuildError> {
-        let sun = Arc::new(Along(Vec3::x())) as Arc<dyn Sun>;
+        let sun = Arc::new(Along(Vec3::x(), Vec3::zeros())) as Arc<dyn Sun>;
         let mesh = crate::mesh::tests::mesh(mesh);
         PanelRadiation::build(RadiationPanelParams {
             panels,
             mesh: Some(MeshParams { origin: Vec3::new(0.3, -0.5, 1.1), scale: 0.7, ..mesh }),
             mesh_specular: specular,
             mesh_diffuse: 0.2,
-            planet_radius: 6_378_137.0,
             albedo: 0.0,
             infrared: 0.0,
             sun: Handle::new("sun", sun),
-            gravity: None,
+            world: None,
         })
     }
 

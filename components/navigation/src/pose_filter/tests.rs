@@ -21,6 +21,7 @@ fn instruments() -> Instruments {
         height: 0.75,
         eye: Pose::new(pitch * lens, Vec3::new(0.9, 0.2, 1.4)),
         gate: 1e9,
+        turning: Vec3::zeros(),
     }
 }
 

@@ -146,6 +146,8 @@ record! {
         contact: Option<Located> = raw(|| Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
         /// `false`: bodies of this assembly and of its parts do not meet one another.
         self_collision: Option<Located> = raw(|| Schema::Flag).maybe(),
+        /// The world: body, date, rotation and site of the whole simulation, which `linkwork describe environment.world` lists.
+        world: Option<Located> = raw(anything).maybe(),
         /// Parts by name.
         parts: Option<Located> = raw(|| Schema::Table(Box::new(part_schema()))).maybe(),
         /// Wires: `"Part.output -> Part.input"`.
@@ -209,6 +211,11 @@ fn import_schema() -> Schema {
     Schema::Any(vec![one.clone(), Schema::List(Box::new(one), None)])
 }
 
+/// The field that states the world, and the part that it makes.
+const WORLD: &str = "world";
+/// The model of that part.
+const WORLD_MODEL: &str = "environment.world";
+
 /// Fields of an assembly that one written in place has not.
 const STANDING_ALONE: [&str; 2] = ["name", "mounts"];
 
@@ -262,6 +269,19 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
             } else {
                 a.broken.insert(key.clone());
             }
+        }
+    }
+    if let Some(world) = v.get("world").filter(|w| w.value != Value::Null) {
+        let origin = cx.key(world);
+        let params = map_field(cx, v, WORLD, what);
+        let none = || empty_map();
+        let model = Text { text: WORLD_MODEL.into(), origin };
+        let kind = PartKind::Model { model, rate: None, offset: None, bind: none(), folder: None };
+        let part = PartForm { kind, params, array: None, doc: String::new(), origin };
+        if a.parts.insert(WORLD.into(), part).is_some() {
+            let message =
+                format!("{what}: there is a part `{WORLD}` beside the field of that name");
+            cx.fault(origin, message, "give the part another name");
         }
     }
     if let Some(wires) = v.get("wires") {

@@ -415,7 +415,7 @@ fn phases_schema() -> Schema {
 }
 
 /// Fields of a simulation that a phase cannot change.
-pub(crate) const FIXED: [&str; 13] = [
+pub(crate) const FIXED: [&str; 14] = [
     "assembly",
     "name",
     "mounts",
@@ -429,6 +429,7 @@ pub(crate) const FIXED: [&str; 13] = [
     "plots",
     "phases",
     "start",
+    "world",
 ];
 /// Maps of things with names.
 pub(crate) const MAPS: [&str; 7] =

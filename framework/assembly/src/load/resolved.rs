@@ -89,6 +89,7 @@ pub(crate) fn value(
         "exports",
         "overrides",
         "resolved",
+        "world",
     ];
     for (key, v) in entries(settings) {
         if !drop.contains(&key.as_str()) {

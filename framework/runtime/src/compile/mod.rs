@@ -23,13 +23,14 @@ mod variables;
 
 use crate::block::{Prototype, Wiring};
 use crate::catalogue::{Catalogue, Entry};
+use crate::files::Files;
 use crate::identity::Identity;
 use crate::made;
 use crate::model::lanes;
 use crate::noise;
 use crate::params::ReadCx;
 use crate::plan::{FieldPlan, PartPlan, Plan, Sizes};
-use crate::services::{Files, Services};
+use crate::services::{ServiceKind, Services};
 use crate::spec::{Accuracy, PartSpec, Spec};
 use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin};
@@ -266,16 +267,35 @@ fn build_services(
 ) -> Services {
     let scenery = spec.host.as_ref().map(|h| h.scenery()).unwrap_or_default();
     let mut services = Services::seeing(scenery);
-    for (part, entry) in entries.iter().filter(|(_, e)| e.service_kind().is_some()) {
-        let none = Services::default();
-        let mut cx = ReadCx::new(&part.path, &none);
+    // The world comes first: the others take constants, date and axes from it.
+    let is_world = |e: &Entry| e.service_kind() == Some(ServiceKind::World);
+    let worlds: Vec<_> = entries.iter().filter(|(_, e)| is_world(e)).collect();
+    let stated = |part: &PartSpec| format!("{} {}", part.model, part.params.value);
+    for (other, _) in worlds.iter().skip(1).filter(|(p, _)| stated(p) != stated(worlds[0].0)) {
+        let (one, two) = (&worlds[0].0.path, &other.path);
+        for (part, at) in [(worlds[0].0, two), (*other, one)] {
+            let fact = format!("`{}` and `{at}` describe two different worlds", part.path);
+            let help = "a simulation has one world: state it once, or twice with the same values";
+            faults.push(Fault::new(part.origin, fact).help(help));
+        }
+    }
+    let rest = entries.iter().filter(|(_, e)| e.service_kind().is_some() && !is_world(e));
+    let mut world_text = String::new();
+    for (part, entry) in worlds.first().into_iter().copied().chain(rest) {
         let files = files.first(part.folder.as_deref());
-        if let Some(object) = made::service(part, entry, &files, &mut cx) {
+        let world = services.world();
+        let mut cx = ReadCx::new(&part.path, &services);
+        let object = made::service(part, entry, (&world_text, &files), &mut cx);
+        let found = std::mem::take(&mut cx.faults);
+        if let Some(object) = object {
             services.add(&part.path, object);
         } else if let Some(kind) = entry.service_kind() {
             services.failed.push((part.path.clone(), kind));
         }
-        faults.append(&mut located(cx.faults, part));
+        if world.is_none() && is_world(entry) {
+            world_text = stated(part);
+        }
+        faults.append(&mut located(found, part));
     }
     for (path, fact, help) in services.at_odds() {
         let origin = entries.iter().find(|(p, _)| p.path == path).map(|(p, _)| p.origin);
@@ -302,7 +322,7 @@ fn build_models<'a>(
                     "`{}` ({}) takes W for inertial axes, and `{site}` for a site of a planet",
                     part.path, part.model
                 );
-                let help = "leave the part out, or leave `site` out of `planet`";
+                let help = "leave the part out, or leave `site` out of `world`";
                 faults.push(Fault::new(part.origin, fact).help(help));
             }
             let asks = std::mem::take(&mut cx.asked);

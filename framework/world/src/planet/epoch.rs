@@ -21,15 +21,36 @@ const DAY_NS: i128 = 86_400_000_000_000;
 /// Julian date of J2000, days.
 pub const JD_J2000: f64 = 2_451_545.0;
 
+const NO_LEAP_SECOND: &str =
+    "second 60 is there in UTC alone, in minutes with a leap second, such as 2016-12-31 23:59:60";
+
+/// Where `:60` is the second in a date.
+fn second_60(text: &str) -> Option<usize> {
+    let at = text.match_indices(':').nth(1)?.0;
+    let rest = text[at..].strip_prefix(":60")?;
+    (!rest.starts_with(|c: char| c.is_ascii_digit())).then_some(at)
+}
+
 impl Epoch {
-    /// Reads `2012-08-06 05:17:57 UTC`; also TAI, TT, TDB, GPST at the end; none means UTC.
+    /// Reads `2012-08-06 05:17:57 UTC`; also TAI, TT, TDB, GPST at the end; none means UTC. A leap second is second 60.
     ///
     /// # Errors
-    /// What is no date, with its text.
+    /// What is no date, with its text; second 60 of a minute that has no leap second.
     pub fn parse(text: &str) -> Result<Self, WorldError> {
         let wrong = |fact: String| WorldError::Epoch { text: text.to_string(), fact };
-        let epoch = hifitime::Epoch::from_str(text.trim()).map_err(|e| wrong(e.to_string()))?;
-        Ok(Self(epoch))
+        let read = |text: &str| hifitime::Epoch::from_str(text).map_err(|e| wrong(e.to_string()));
+        let text = text.trim();
+        // hifitime takes second 60 of any minute for second 59.
+        let Some(at) = second_60(text) else { return read(text).map(Self) };
+        let before = read(&format!("{}:59{}", &text[..at], &text[at + 3..]))?;
+        let leap = (before.time_scale == TimeScale::UTC).then(|| Self(before).leap_second());
+        leap.flatten().ok_or_else(|| wrong(NO_LEAP_SECOND.to_string()))
+    }
+
+    /// One second later, when that is within a leap second.
+    fn leap_second(self) -> Option<Self> {
+        let (ahead, behind) = (self.tt_minus_utc(), self.plus(2.0).tt_minus_utc());
+        (behind - ahead > 0.5).then(|| self.plus(1.0))
     }
 
     /// From a UTC date; `second` may have a fraction, down to nanoseconds.
@@ -51,10 +72,16 @@ impl Epoch {
         }
         let ns = ((second - second.floor()) * 1e9).round().min(999_999_999.0) as u32;
         let scale = TimeScale::UTC;
-        let whole = second.floor() as u8;
-        hifitime::Epoch::maybe_from_gregorian(year, month, day, hour, minute, whole, ns, scale)
-            .map(Self)
-            .map_err(|e| wrong(e.to_string()))
+        let leap = second >= 60.0;
+        let whole = second.floor().min(59.0) as u8;
+        let read =
+            hifitime::Epoch::maybe_from_gregorian(year, month, day, hour, minute, whole, ns, scale)
+                .map(Self)
+                .map_err(|e| wrong(e.to_string()))?;
+        match leap {
+            true => read.leap_second().ok_or_else(|| wrong(NO_LEAP_SECOND.to_string())),
+            false => Ok(read),
+        }
     }
 
     /// Midnight (UTC) of a modified Julian date, whole days.

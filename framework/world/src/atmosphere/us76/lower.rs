@@ -7,7 +7,7 @@
 //! ```
 
 use super::super::gas::Air;
-use super::{G0, GAMMA, M0, R_STAR, geopotential_altitude};
+use super::{G0, GAMMA, M0, R_STAR, SEAM, geopotential_altitude};
 
 /// H_b, m, and L, K/m.
 const BASES: [(f64, f64); 7] = [
@@ -26,23 +26,39 @@ const WEIGHT: [f64; 13] = [
     0.999741, 0.999694, 0.999641, 0.999579,
 ];
 
-/// T_b and p_b of the layers.
+/// The base of a layer: H_b, m; L, K/m; T_b, K; p_b, Pa.
+#[derive(Clone, Copy, Debug)]
+struct Layer {
+    base: f64,
+    gradient: f64,
+    temperature: f64,
+    pressure: f64,
+}
+
+/// The layers, with an offset of the temperature.
 #[derive(Clone, Debug)]
-pub(super) struct Layers([(f64, f64); 7]);
+pub(super) struct Layers([Layer; 7]);
 
 impl Layers {
-    pub(super) fn new() -> Self {
-        let mut bases = [(288.15, 101_325.0); 7];
-        for k in 1..bases.len() {
-            bases[k] = ahead(bases[k - 1], BASES[k - 1].1, BASES[k].0 - BASES[k - 1].0);
+    /// `offset`, K, is added to T_M up to the highest layer, within which it fades to zero at 86 km; pressure follows from the balance of weights.
+    pub(super) fn new(offset: f64) -> Self {
+        let (base, gradient) = BASES[0];
+        let first = Layer { base, gradient, temperature: 288.15 + offset, pressure: 101_325.0 };
+        let mut layers = [first; 7];
+        for k in 1..layers.len() {
+            let (base, gradient) = BASES[k];
+            let below = layers[k - 1];
+            let (temperature, pressure) = ahead(&below, base - below.base);
+            layers[k] = Layer { base, gradient, temperature, pressure };
         }
-        Self(bases)
+        layers[6].gradient -= offset / (geopotential_altitude(SEAM) - layers[6].base);
+        Self(layers)
     }
 
     pub(super) fn at(&self, z: f64) -> Air {
         let H = geopotential_altitude(z);
-        let k = BASES.iter().rposition(|(base, _)| H >= *base).unwrap_or(0);
-        let (tm, pressure) = ahead(self.0[k], BASES[k].1, H - BASES[k].0);
+        let layer = self.0.iter().rfind(|layer| H >= layer.base).unwrap_or(&self.0[0]);
+        let (tm, pressure) = ahead(layer, H - layer.base);
         Air {
             density: pressure * M0 / (R_STAR * tm),
             temperature: tm * weight(z),
@@ -53,7 +69,8 @@ impl Layers {
 }
 
 /// T_M and p, `dH` above the base of a layer.
-fn ahead((t, p): (f64, f64), gradient: f64, dH: f64) -> (f64, f64) {
+fn ahead(layer: &Layer, dH: f64) -> (f64, f64) {
+    let Layer { gradient, temperature: t, pressure: p, .. } = *layer;
     let tm = t + gradient * dH;
     let k = G0 * M0 / R_STAR;
     let ratio = if gradient == 0.0 { (-k * dH / t).exp() } else { (t / tm).powf(k / gradient) };

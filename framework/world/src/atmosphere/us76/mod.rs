@@ -36,6 +36,8 @@ pub fn geometric_altitude(H: f64) -> f64 {
 pub struct Us76 {
     lower: lower::Layers,
     upper: upper::Profile,
+    /// Pressure at the seam over that of the standard.
+    above: f64,
 }
 
 impl Default for Us76 {
@@ -48,7 +50,16 @@ impl Us76 {
     /// Integrates the upper part: 3 ms, 60 kB.
     #[must_use]
     pub fn new() -> Self {
-        Self { lower: lower::Layers::new(), upper: upper::Profile::new() }
+        Self::with_offset(0.0)
+    }
+
+    /// A hot or a cold day: `offset` (K) is added to the temperature up to 71 km geopotential altitude and fades to zero at 86 km. The
+    /// pressure at sea level is that of the standard, and the air is in hydrostatic balance; above 86 km pressure and density have one factor.
+    #[must_use]
+    pub fn with_offset(offset: f64) -> Self {
+        let lower = lower::Layers::new(offset);
+        let above = lower.at(SEAM).pressure / lower::Layers::new(0.0).at(SEAM).pressure;
+        Self { lower, upper: upper::Profile::new(), above }
     }
 
     /// Air at the geometric altitude `z` (m). Below −5 km the lowest layer goes on; above 1000 km density
@@ -56,6 +67,10 @@ impl Us76 {
     /// the standard does not define.
     #[must_use]
     pub fn at(&self, z: f64) -> Air {
-        if z < SEAM { self.lower.at(z) } else { self.upper.at(z) }
+        if z < SEAM {
+            return self.lower.at(z);
+        }
+        let air = self.upper.at(z);
+        Air { density: air.density * self.above, pressure: air.pressure * self.above, ..air }
     }
 }

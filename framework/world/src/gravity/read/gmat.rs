@@ -74,6 +74,7 @@ fn header(file: &str, line: usize, raw: &str) -> Result<Header, WorldError> {
         order: whole(file, line, "order", cut(raw, 11, 14))?,
         norm: if norm == 1.0 { Norm::Full } else { Norm::None },
         tide: TideSystem::Unknown,
+        order_is_written: true,
     })
 }
 

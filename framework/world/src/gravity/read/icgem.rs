@@ -5,6 +5,7 @@
 //! earth_gravity_constant, radius, max_degree, norm (fully_normalized unless said), tide_system
 //! gfc n m C S [deviations]
 //! ```
+//! The field's order is the highest of the list: a file with zonal terms alone has order 0.
 //! Fields that change with time (`gfct`, `trnd`, `asin`, `acos`) are refused: an evaluation here has
 //! no date, and leaving the change out in silence would be wrong by what the file was made for.
 
@@ -68,7 +69,10 @@ fn header(file: &str, text: &str) -> Result<(Header, usize), WorldError> {
                 let degree = degree.ok_or_else(|| missing("max_degree"))?;
                 let mu = mu.ok_or_else(|| missing("earth_gravity_constant"))?;
                 let radius = radius.ok_or_else(|| missing("radius"))?;
-                return Ok((Header { mu, radius, degree, order: degree, norm, tide }, line));
+                let order_is_written = false;
+                let header =
+                    Header { mu, radius, degree, order: degree, norm, tide, order_is_written };
+                return Ok((header, line));
             }
             _ => {}
         }

@@ -79,5 +79,6 @@ fn header(file: &str, line: usize, text: &str, length: Length) -> Result<Header,
         order: whole(file, line, "order", words[4])?,
         norm,
         tide: TideSystem::Unknown,
+        order_is_written: true,
     })
 }

@@ -60,6 +60,8 @@ struct Header {
     order: usize,
     norm: Norm,
     tide: TideSystem,
+    /// The order is what the format says, not the largest of the lines.
+    order_is_written: bool,
 }
 
 /// Normalisation that a header claims.
@@ -80,6 +82,8 @@ struct Reading<'a> {
     lines: Vec<usize>,
     /// How many orders of the header's highest degree came.
     last_degree: usize,
+    /// Highest order that came.
+    highest: usize,
 }
 
 fn wrong(file: &str, line: usize, fact: String, help: &'static str) -> WorldError {
@@ -131,7 +135,7 @@ impl<'a> Reading<'a> {
             })?;
         field.tide = header.tide;
         let lines = vec![0; (degree + 1) * (degree + 2) / 2];
-        Ok(Self { file, header, at, field, lines, last_degree: 0 })
+        Ok(Self { file, header, at, field, lines, last_degree: 0, highest: 0 })
     }
 
     /// Takes one pair of coefficients, as the file has it.
@@ -145,6 +149,7 @@ impl<'a> Reading<'a> {
         if n == self.header.degree {
             self.last_degree += 1;
         }
+        self.highest = self.highest.max(m);
         if n > self.field.degree() {
             return Ok(());
         }
@@ -172,7 +177,9 @@ impl<'a> Reading<'a> {
     /// All lines are read: is everything there, and normalised as the header says?
     fn done(self) -> Result<Coefficients, WorldError> {
         let (file, h) = (self.file, self.header);
-        let expected = h.degree.min(h.order) + 1;
+        // A file may leave out what is zero, such as all that is not zonal.
+        let order = if h.order_is_written { h.order } else { self.highest };
+        let expected = h.degree.min(order) + 1;
         if self.last_degree < expected {
             let fact = format!(
                 "degree {}, the last, has {} of its {expected} orders",
@@ -195,6 +202,7 @@ impl<'a> Reading<'a> {
                 );
                 Err(wrong(file, self.at, fact, help))
             }
+            _ if order < self.field.order() => self.field.truncated(self.field.degree(), order),
             _ => Ok(self.field),
         }
     }

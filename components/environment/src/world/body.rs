@@ -1,0 +1,89 @@
+//! Bodies that a world can be of, with their constants.
+
+use crate::third_bodies::Third;
+use linkwork_runtime::prelude::*;
+use linkwork_world::ephemeris::Body;
+use linkwork_world::planet::{Ellipsoid, MU_MOON};
+
+/// Bodies around which a simulation may be.
+#[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Centre {
+    /// The Earth.
+    Earth,
+    /// Mars.
+    Mars,
+    /// The Moon.
+    Moon,
+    /// Another body, all of whose numbers are written.
+    Other,
+}
+
+impl Centre {
+    /// As files name it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Centre::Earth => "earth",
+            Centre::Mars => "mars",
+            Centre::Moon => "moon",
+            Centre::Other => "other",
+        }
+    }
+
+    /// As the ephemerides name it; none of another body.
+    pub fn body(self) -> Option<Body> {
+        match self {
+            Centre::Earth => Some(Body::Earth),
+            Centre::Mars => Some(Body::Mars),
+            Centre::Moon => Some(Body::Moon),
+            Centre::Other => None,
+        }
+    }
+
+    /// Mean sidereal rate, rad/s: IERS; IAU 2009 (350.89198226 and 13.17635815 deg/day).
+    pub fn rate(self) -> Option<f64> {
+        match self {
+            Centre::Earth => Some(7.292_115e-5),
+            Centre::Mars => Some(350.891_982_26_f64.to_radians() / 86_400.0),
+            Centre::Moon => Some(13.176_358_15_f64.to_radians() / 86_400.0),
+            Centre::Other => None,
+        }
+    }
+
+    /// Gravity parameter, m³/s².
+    pub fn mu(self) -> Option<f64> {
+        match self {
+            Centre::Earth => Some(3.986_004_418e14),
+            Centre::Mars => Some(4.282_837_521_4e13),
+            Centre::Moon => Some(MU_MOON),
+            Centre::Other => None,
+        }
+    }
+
+    /// Ellipsoid for heights.
+    pub fn ellipsoid(self) -> Option<Ellipsoid> {
+        match self {
+            Centre::Earth => Some(Ellipsoid::wgs84()),
+            Centre::Mars => Some(Ellipsoid::mars()),
+            Centre::Moon => Some(Ellipsoid::moon()),
+            Centre::Other => None,
+        }
+    }
+
+    /// Semi-major axis of its way about the Sun, AU (Standish's elements at J2000).
+    pub fn sun_distance(self) -> Option<f64> {
+        match self {
+            Centre::Earth | Centre::Moon => Some(1.000_002_61),
+            Centre::Mars => Some(1.523_710_34),
+            Centre::Other => None,
+        }
+    }
+
+    /// Who casts shadows on what is near it, when nothing is written.
+    pub(super) fn neighbours(self) -> &'static [Third] {
+        match self {
+            Centre::Earth => &[Third::Moon],
+            Centre::Moon => &[Third::Earth],
+            Centre::Mars | Centre::Other => &[],
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! The service: what a world knows of its body, its date and its light.
+
+use super::{Centre, Planet, WorldParams};
+use crate::ephemeris::{Course, Heavens};
+use crate::light::Seen;
+use linkwork_runtime::prelude::*;
+use linkwork_world::planet::Geodetic;
+use std::sync::Arc;
+
+/// The world of a simulation; copies share it.
+#[derive(Clone)]
+pub struct PlanetWorld(Arc<Inner>);
+
+/// What a world knows.
+pub struct Inner {
+    /// As it is written.
+    pub params: WorldParams,
+    /// Shape, rotation, site.
+    pub planet: Planet,
+    /// Gravity parameter, m³/s².
+    mu: Option<f64>,
+    /// Where the others are, with an epoch.
+    heavens: Option<Heavens>,
+    /// Those that cast shadows, with their radii (m).
+    shadows: Vec<(Course, f64)>,
+}
+
+impl std::ops::Deref for PlanetWorld {
+    type Target = Inner;
+    fn deref(&self) -> &Inner {
+        &self.0
+    }
+}
+
+impl PlanetWorld {
+    /// From a handle of this library's world.
+    ///
+    /// # Errors
+    /// It is a world of another library.
+    pub fn of(handle: &Handle<dyn World>) -> Result<PlanetWorld, BuildError> {
+        handle.as_any().downcast_ref::<PlanetWorld>().cloned().ok_or_else(|| {
+            let fact = format!("`{}` is a world of another library", handle.path());
+            BuildError::new(fact).help("write `world: (body: ..)` in the simulation")
+        })
+    }
+
+    /// As a service that parameters take, for programs and tests.
+    ///
+    /// # Errors
+    /// What of it is wrong, with the remedy.
+    pub fn handle(p: WorldParams, files: &Files) -> Result<Handle<dyn World>, BuildError> {
+        let world = PlanetWorld::build(p, files)?;
+        Ok(Handle::new("world", Arc::new(world) as Arc<dyn World>))
+    }
+}
+
+/// Distance from the origin of a site, over the radius of the planet, within which the horizon is that of its ground.
+const NEAR: f64 = 0.01;
+
+impl Inner {
+    /// The bodies around the central one; `what` needs them.
+    pub(crate) fn heavens(&self, what: &str) -> Result<&Heavens, BuildError> {
+        self.params.among_the_stars(what)?;
+        self.params.epoch(what)?;
+        self.heavens.as_ref().ok_or_else(|| {
+            let fact = format!("{what} needs to know where the body is among the others");
+            BuildError::new(fact).help("write `body: earth`, mars or moon in `world`")
+        })
+    }
+
+    /// Gravity parameter (m³/s²).
+    ///
+    /// # Errors
+    /// It is a body of the user's, and none is written.
+    pub fn needs_mu(&self) -> Result<f64, BuildError> {
+        self.mu.ok_or_else(|| {
+            let fact = "the gravity parameter of the body is not known";
+            BuildError::new(fact).help("write `mu` in `world`")
+        })
+    }
+
+    /// Refuses a body that a model is not made for.
+    pub fn only(&self, body: Centre, what: &str) -> Result<(), BuildError> {
+        if self.params.body == body {
+            return Ok(());
+        }
+        let fact = format!(
+            "{what} of `{}`, and `body` of `world` is `{}`",
+            body.word(),
+            self.params.body.word()
+        );
+        Err(BuildError::new(fact).help("use a model of that body, or change `body` in `world`"))
+    }
+
+    /// Distance of the Sun in AU for a Sun without an ephemeris.
+    pub fn sun_distance(&self) -> Option<f64> {
+        self.params.sun_distance.or_else(|| self.params.body.sun_distance())
+    }
+
+    /// Sunlight at p (m, W) at t (s), given the Sun's place `sun` from the centre of the body (m, W).
+    pub fn light(&self, t: f64, p: &Vec3, sun: &Vec3) -> Light {
+        let planet = &self.planet;
+        let r = planet.site.map_or(*p, |s| s.from_centre(p));
+        let mut seen = Seen::new(&(sun - r), self.params.solar_constant);
+        match &planet.site {
+            Some(_) if !planet.turning => seen.horizon(),
+            // Near the origin of W the ground there counts: the sphere that touches it.
+            Some(s) if p.norm() < NEAR * s.pose.position.norm() => {
+                let radius = s.pose.position.norm();
+                seen.behind(&-(p + Vec3::z() * radius), radius);
+            }
+            _ => seen.behind(&-r, planet.ellipsoid.equatorial_radius()),
+        }
+        if !self.shadows.is_empty() {
+            let turn = planet.site.map(|s| s.to_inertial(t).inverse());
+            for (course, radius) in &self.shadows {
+                let s = course.at(t);
+                seen.behind(&(turn.map_or(s, |turn| turn * s) - r), *radius);
+            }
+        }
+        seen.light()
+    }
+}
+
+impl World for PlanetWorld {
+    fn body(&self) -> &str {
+        self.params.body.word()
+    }
+    fn mu(&self) -> Option<f64> {
+        self.mu
+    }
+    fn radius(&self) -> f64 {
+        self.planet.ellipsoid.equatorial_radius()
+    }
+    fn flattening(&self) -> f64 {
+        self.planet.ellipsoid.flattening()
+    }
+    fn epoch(&self) -> Option<&str> {
+        self.planet.epoch.as_deref()
+    }
+    fn axes(&self) -> Axes {
+        self.planet.axes()
+    }
+    fn planet_axes(&self, t: f64) -> Quat {
+        self.planet.axes_at(t)
+    }
+    fn planet_rate(&self, t: f64) -> Vec3 {
+        match self.planet.site {
+            Some(_) => Vec3::zeros(),
+            None => self.planet.rotation.at(t).omega_I,
+        }
+    }
+    fn geographic(&self, t: f64, p: Vec3) -> Option<Geographic> {
+        let place = self.planet.place(t, p).1?;
+        let Geodetic { latitude, longitude, altitude } = place;
+        Some(Geographic { latitude, longitude, altitude })
+    }
+    fn trouble(&self, t: f64) -> Option<BuildError> {
+        self.shadows.iter().find_map(|(course, _)| course.trouble(t))
+    }
+    fn as_any(&self) -> &dyn std::any::Any {
+        self
+    }
+}
+
+/// The body around which a simulation is, with its constants, its rotation and the date, and what W is. Written as `world: (body: ..)` beside `parts`.
+#[service("environment.world", World)]
+impl Service for PlanetWorld {
+    type Params = WorldParams;
+    fn build(p: WorldParams, files: &Files) -> Result<Self, BuildError> {
+        let planet = p.planet(files)?;
+        let seen = p.epoch.is_some() && p.among_the_stars("the Sun").is_ok();
+        let heavens = if seen { Some(Heavens::around(&p, files)?) } else { None };
+        if p.kernel.is_some() && heavens.is_none() {
+            let fact =
+                "`kernel` is written, and without an `epoch` and the pole of the IAU it has no use";
+            return Err(BuildError::new(fact)
+                .help("write `epoch`, or remove `kernel`")
+                .at("kernel"));
+        }
+        let mut shadows = Vec::new();
+        let own = p.body.body();
+        match (&heavens, &p.shadows) {
+            (Some(heavens), written) if own.is_some() => {
+                let all = written.as_deref().unwrap_or_else(|| p.body.neighbours());
+                for third in all {
+                    let Some(radius) = third.radius() else {
+                        let fact = "the Sun casts no shadow";
+                        return Err(BuildError::new(fact)
+                            .help("name planets or the Moon")
+                            .at("shadows"));
+                    };
+                    if Some(third.body().0) == own {
+                        let fact = "the central body casts its shadow in any case";
+                        return Err(BuildError::new(fact)
+                            .help("name the others alone")
+                            .at("shadows"));
+                    }
+                    shadows.push((heavens.course(third.body().0, "shadows")?, radius));
+                }
+            }
+            (_, Some(written)) if !written.is_empty() => {
+                let fact = "where these bodies are is not known";
+                let help = "write `epoch` and `turns: iau`, for the Earth, Mars or the Moon";
+                return Err(BuildError::new(fact).help(help).at("shadows"));
+            }
+            _ => {}
+        }
+        let mu = p.mu.or_else(|| p.body.mu());
+        Ok(PlanetWorld(Arc::new(Inner { params: p, planet, mu, heavens, shadows })))
+    }
+}

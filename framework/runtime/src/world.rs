@@ -1,0 +1,313 @@
+//! The world of a simulation: its central body with its constants, the date, and what W is.
+//!
+//! A simulation has at most one world (`world: (..)` in a file). Gravity, air, the Sun, shadows, navigation and every model that needs
+//! a gravity parameter, a radius, a pole or a rate of rotation take it from here, so that no two parts can disagree.
+//! ```text
+//! W inertial   the body's centre is the origin of W
+//! W a site     W stands on the body and turns with it: x east, y north, z up (or turned by a heading)
+//! W level      a site whose rotation is left out of the dynamics: level ground, with the Sun of that place
+//! no world     level ground without a planet, or empty space
+//! ```
+use crate::model::BuildError;
+use crate::services::{Gravity, Handle, ServiceKind, Services};
+use crate::site::{Axes, Site};
+use linkwork_spatial::{Quat, Vec3};
+use std::any::Any;
+
+/// A place on a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Geographic {
+    /// Geodetic latitude (rad), north positive.
+    pub latitude: f64,
+    /// East longitude (rad), −π to π.
+    pub longitude: f64,
+    /// Height above the ellipsoid (m).
+    pub altitude: f64,
+}
+
+/// The world of a simulation.
+pub trait World: Send + Sync {
+    /// Name of the central body: `earth`, `mars`, `moon`, `other`.
+    fn body(&self) -> &str;
+    /// Gravity parameter of the central body (m³/s²), where it is known.
+    fn mu(&self) -> Option<f64>;
+    /// Equatorial radius of the central body (m).
+    fn radius(&self) -> f64;
+    /// Flattening of its ellipsoid (1).
+    fn flattening(&self) -> f64;
+    /// The date of t = 0 as written, where there is one.
+    fn epoch(&self) -> Option<&str> {
+        None
+    }
+    /// What W is.
+    fn axes(&self) -> Axes;
+    /// `R_WP` at t (s): the axes fixed to the body, in W.
+    fn planet_axes(&self, t: f64) -> Quat;
+    /// Angular velocity (rad/s, W) of the body relative to W at t (s): zero where W stands on it.
+    fn planet_rate(&self, t: f64) -> Vec3;
+    /// The place of p (m, W) at t (s); `None` near the centre, where there is no vertical.
+    fn geographic(&self, t: f64, p: Vec3) -> Option<Geographic>;
+    /// From the body's centre to `p` (m), both in W.
+    fn from_centre(&self, p: &Vec3) -> Vec3 {
+        self.axes().place().map_or(*p, |s| s.from_centre(p))
+    }
+    /// Why it cannot answer at simulated time t (s): the span that its data cover, and the remedy.
+    fn trouble(&self, _t: f64) -> Option<BuildError> {
+        None
+    }
+    /// The type behind it, for the library that provides it.
+    fn as_any(&self) -> &dyn Any;
+}
+
+/// A body that rotates about z of its own axes at one rate, without a date: for programs and tests.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlainWorld {
+    /// Gravity parameter (m³/s²).
+    pub mu: f64,
+    /// Radius (m) of the sphere that it is.
+    pub radius: f64,
+    /// Rate about z (rad/s); 0 where W is a site, whose rate counts.
+    pub rate: f64,
+    /// `R_WP` at t = 0 where W is inertial.
+    pub start: Quat,
+    /// What W is.
+    pub axes: Axes,
+}
+
+impl PlainWorld {
+    /// A body whose axes are those of an inertial W at t = 0.
+    #[must_use]
+    pub fn inertial(mu: f64, radius: f64, rate: f64) -> Self {
+        PlainWorld { mu, radius, rate, start: Quat::identity(), axes: Axes::Inertial }
+    }
+
+    /// A body on which W is a site.
+    #[must_use]
+    pub fn of_site(mu: f64, radius: f64, site: Site) -> Self {
+        PlainWorld { mu, radius, rate: 0.0, start: Quat::identity(), axes: Axes::Site(site) }
+    }
+
+    /// As a service.
+    #[must_use]
+    pub fn handle(self) -> Handle<dyn World> {
+        Handle::new("world", std::sync::Arc::new(self) as std::sync::Arc<dyn World>)
+    }
+}
+
+impl World for PlainWorld {
+    fn body(&self) -> &str {
+        "other"
+    }
+    fn mu(&self) -> Option<f64> {
+        Some(self.mu)
+    }
+    fn radius(&self) -> f64 {
+        self.radius
+    }
+    fn flattening(&self) -> f64 {
+        0.0
+    }
+    fn axes(&self) -> Axes {
+        self.axes
+    }
+    fn planet_axes(&self, t: f64) -> Quat {
+        match self.axes.place() {
+            Some(site) => site.pose.rotation.inverse(),
+            None => self.start * Quat::from_scaled_axis(Vec3::z() * (self.rate * t)),
+        }
+    }
+    fn planet_rate(&self, _: f64) -> Vec3 {
+        match self.axes.place() {
+            Some(_) => Vec3::zeros(),
+            None => self.start * (Vec3::z() * self.rate),
+        }
+    }
+    fn geographic(&self, t: f64, p: Vec3) -> Option<Geographic> {
+        let r = self.planet_axes(t).inverse() * self.from_centre(&p);
+        let distance = r.norm();
+        (distance > 1.0).then(|| Geographic {
+            latitude: (r.z / distance).clamp(-1.0, 1.0).asin(),
+            longitude: r.y.atan2(r.x),
+            altitude: distance - self.radius,
+        })
+    }
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+}
+
+/// Which way is up at a point of W.
+///
+/// Up is away from the centre of a body that the simulation has; on level ground, and without a body, it is against gravity.
+#[derive(Clone, Debug)]
+pub enum Vertical {
+    /// Away from a body's centre, given in W (m).
+    Centre(Vec3),
+    /// Against gravity.
+    Gravity(Handle<dyn Gravity>),
+    /// z of level ground.
+    Level,
+}
+
+impl Vertical {
+    /// From the world and gravity of a simulation.
+    ///
+    /// # Errors
+    /// There is neither a body nor gravity: nothing says which way is up.
+    pub fn new(
+        world: Option<&Handle<dyn World>>,
+        gravity: Option<&Handle<dyn Gravity>>,
+    ) -> Result<Vertical, BuildError> {
+        let axes = world.map(|w| w.axes()).or(gravity.map(|g| g.axes())).unwrap_or(Axes::Any);
+        let of_gravity = |g: &Handle<dyn Gravity>| match g.uniform() {
+            Some(a) if a == Vec3::zeros() => None,
+            _ => Some(Vertical::Gravity(g.clone())),
+        };
+        match axes {
+            Axes::Inertial => Ok(Vertical::Centre(Vec3::zeros())),
+            Axes::Site(site) => Ok(Vertical::Centre(-site.from_centre(&Vec3::zeros()))),
+            Axes::Level(_) => Ok(gravity.and_then(of_gravity).unwrap_or(Vertical::Level)),
+            Axes::Any => gravity.and_then(of_gravity).ok_or_else(|| {
+                let fact = "needs to know which way is up, and the simulation has neither a world nor gravity";
+                let help = "write `world: (body: \"..\")` in the simulation, or add a gravity part such as `environment.uniform_gravity`";
+                BuildError::new(fact).help(help)
+            }),
+        }
+    }
+
+    /// Unit vector upwards at p (m, W) and t (s); x where it is not defined.
+    #[must_use]
+    pub fn up(&self, t: f64, p: &Vec3) -> Vec3 {
+        let along = match self {
+            Vertical::Centre(c) => p - c,
+            Vertical::Gravity(g) => -g.acceleration(t, *p),
+            Vertical::Level => Vec3::z(),
+        };
+        along.try_normalize(1e-300).unwrap_or_else(Vec3::x)
+    }
+}
+
+impl Services {
+    /// The world of the simulation with the path of its part.
+    pub fn world(&self) -> Option<Handle<dyn World>> {
+        self.iter().find_map(|(path, object)| {
+            <dyn World as crate::services::Provided>::of(object).map(|o| Handle::new(path, o))
+        })
+    }
+
+    /// Path of the world, or of a gravity without one, by which W turns with a planet.
+    pub(crate) fn in_a_site(&self) -> Option<String> {
+        let mut found = self.iter().filter(|(_, o)| o.axes().site().is_some());
+        found.next().map(|(path, _)| path.to_string())
+    }
+
+    /// Where W turns with a planet: the path, the fact and the remedy for each gravity that brings none of the forces of that, and for a
+    /// world without gravity.
+    pub(crate) fn at_odds(&self) -> Vec<(String, String, String)> {
+        let Some((first, site)) = self.iter().find_map(|(p, o)| Some((p, o.axes().site()?))) else {
+            return Vec::new();
+        };
+        let help = "use gravity of the world's body, such as `environment.point_mass_gravity`; for level ground whose rotation does not matter write `turning: false` in the `site` of `world`";
+        let of_gravity =
+            |(_, o): &(&str, &crate::services::ServiceObject)| o.kind() == ServiceKind::Gravity;
+        let mut all: Vec<_> = (self.iter().filter(of_gravity))
+            .filter(|(_, o)| o.axes() != Axes::Site(site))
+            .map(|(path, _)| {
+                let fact = format!(
+                    "has no centrifugal and Coriolis forces, and by `{first}` W is a site that turns with its planet"
+                );
+                (path.to_string(), fact, help.to_string())
+            })
+            .collect();
+        if !self.iter().any(|one| of_gravity(&one)) {
+            let fact = "W is a site that turns with its planet, and there is no gravity with the forces of that";
+            all.push((first.to_string(), fact.to_string(), help.to_string()));
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::services::ServiceObject;
+    use linkwork_spatial::Pose;
+    use std::sync::Arc;
+
+    struct Uniform(Vec3);
+    impl Gravity for Uniform {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            self.0
+        }
+        fn uniform(&self) -> Option<Vec3> {
+            Some(self.0)
+        }
+    }
+
+    fn uniform(g: Vec3) -> Handle<dyn Gravity> {
+        Handle::new("gravity", Arc::new(Uniform(g)) as Arc<dyn Gravity>)
+    }
+
+    fn site() -> Site {
+        let turn = Quat::from_euler_angles(0.3, -0.8, 1.1);
+        let pose = Pose::new(turn, Vec3::new(2e6, -1e6, 2.4e6));
+        Site { pose, rate: 7e-5, start: Quat::from_euler_angles(0.1, 0.2, 0.3) }
+    }
+
+    #[test]
+    fn up_is_against_gravity_or_away_from_the_centre() {
+        let p = Vec3::new(1e5, 2e4, 50.0);
+        let flat = uniform(Vec3::new(0.3, 0.0, -1.62));
+        let up = Vertical::new(None, Some(&flat)).unwrap().up(0.0, &p);
+        assert!((up - Vec3::new(-0.3, 0.0, 1.62).normalize()).norm() < 1e-15);
+        let world = PlainWorld::inertial(4.9e12, 1.7e6, 0.0).handle();
+        let up = Vertical::new(Some(&world), Some(&flat)).unwrap().up(0.0, &p);
+        assert!((up - p.normalize()).norm() < 1e-15);
+        let world = PlainWorld::of_site(4.9e12, 1.7e6, site()).handle();
+        let up = Vertical::new(Some(&world), None).unwrap().up(0.0, &p);
+        let want = site().pose.rotation.inverse() * site().to_planet(&p).normalize();
+        assert!((up - want).norm() < 1e-12);
+        let level = PlainWorld { axes: Axes::Level(site()), ..PlainWorld::inertial(1.0, 1.0, 0.0) };
+        assert_eq!(Vertical::new(Some(&level.handle()), None).unwrap().up(0.0, &p), Vec3::z());
+        for gravity in [None, Some(uniform(Vec3::zeros()))] {
+            let e = Vertical::new(None, gravity.as_ref()).err().unwrap();
+            assert!(e.message.contains("which way is up") && e.help.is_some());
+        }
+    }
+
+    #[test]
+    fn places_are_those_of_a_body_that_rotates() {
+        let world = PlainWorld {
+            start: Quat::from_scaled_axis(Vec3::x() * 0.5),
+            ..PlainWorld::inertial(1.0, 1e6, 1e-3)
+        };
+        for (t, latitude, longitude) in [(0.0, 0.4, 1.0), (700.0, -0.9, -2.0)] {
+            let in_planet = Vec3::new(
+                f64::cos(latitude) * f64::cos(longitude),
+                f64::cos(latitude) * f64::sin(longitude),
+                f64::sin(latitude),
+            );
+            let p = world.planet_axes(t) * (in_planet * 1.5e6);
+            let got = world.geographic(t, p).unwrap();
+            assert!((got.latitude - latitude).abs() < 1e-12 && (got.altitude - 5e5).abs() < 1e-6);
+            assert!((got.longitude - longitude).abs() < 1e-12);
+            // The rate is the one by which the axes turn.
+            let turned = world.planet_axes(t + 0.5) * world.planet_axes(t - 0.5).inverse();
+            assert!((turned.scaled_axis() - world.planet_rate(t)).norm() < 1e-12);
+        }
+        assert!(world.geographic(0.0, Vec3::zeros()).is_none());
+    }
+
+    #[test]
+    fn gravity_without_the_forces_of_a_turning_site_is_refused() {
+        let mut services = Services::default();
+        let world = Arc::new(PlainWorld::of_site(4.9e12, 1.7e6, site()));
+        services.add("world", ServiceObject::World(world));
+        assert!(services.at_odds()[0].1.contains("there is no gravity"));
+        services.add("G", ServiceObject::Gravity(Arc::new(Uniform(Vec3::z()))));
+        let [(path, fact, help)] = &services.at_odds()[..] else { panic!() };
+        assert!(path == "G" && fact.contains("Coriolis") && help.contains("turning: false"));
+        assert_eq!(services.in_a_site().as_deref(), Some("world"));
+        assert_eq!(services.world().unwrap().path(), "world");
+    }
+}

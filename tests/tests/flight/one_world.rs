@@ -1,0 +1,134 @@
+//! One world in a simulation: what its parts take from it, in simulations with known answers.
+use crate::common;
+use common::figures_of;
+
+/// The figures of a simulation that has to run.
+fn figures(text: &str) -> impl Fn(&str) -> f64 + use<> {
+    let all = figures_of(text).unwrap_or_else(|e| panic!("{e}"));
+    move |name| all[name]
+}
+
+/// On the Earth at 45° north an ideal gyroscope at rest measures 10.6°/h about the vertical, 2.95° in 1000 s; neither the estimator of the pose
+/// nor odometry with that gyroscope takes it for a turn of the rover.
+#[test]
+fn navigation_at_rest_does_not_turn_with_the_planet() {
+    let get = figures(NAVIGATION);
+    let (heading, deviation) = (get("heading"), get("deviation"));
+    assert!(heading.abs() < deviation.min(1e-3), "{heading} rad, claimed {deviation}");
+    assert!(get("odometry").abs() < 1e-9, "{}", get("odometry"));
+}
+
+const NAVIGATION: &str = r#"Simulation(
+    world: (body: "earth", site: (latitude: "45 deg", longitude: 0)),
+    bodies: { "deck": (parent: "world", mass: 1, inertia: Sphere(0.1), nodes: { "n": (position: [0, 0, 0]) }) },
+    parts: {
+        "Gravity": (model: "environment.point_mass_gravity"),
+        "Imu": (model: "sensors.imu", rate: "10 Hz", params: { "grade": ideal }, bind: { "mount": "node:deck/n" }),
+        "Zero": (model: "basics.constant", params: { "value": 0 }),
+        "Est": (model: "navigation.pose_estimator", rate: "10 Hz"),
+        "Odometry": (model: "control.odometry", rate: "10 Hz", params: { "gyro": true, "radius": 0.2, "wheels": [(position: [0.5, 0.5], steered: false), (position: [0.5, -0.5], steered: false)] }),
+    },
+    wires: ["Imu.rate -> Est.gyro", "Imu.force -> Est.force", "Zero.y -> Est.speed", "Imu.rate.z -> Odometry.yaw_rate", "Zero.y -> Odometry.wheels[*].rate"],
+    step: "100 ms", until: "1000 s",
+    figures: { "heading": (of: "Est.heading", take: "last"), "deviation": (of: "Est.deviation.z", take: "last"), "odometry": (of: "Odometry.heading", take: "last") },
+)"#;
+
+/// Of 1361 W/m² at 1 AU a panel near the Earth has all by day, less 7000 km of way, and nothing in the shadow; there is no air in space that would take some.
+#[test]
+fn a_panel_in_orbit_has_the_whole_sun_or_the_shadow() {
+    let get = figures(ORBIT);
+    let d = 1.000_002_61 - 7e6 / 149_597_870_700.0;
+    assert!((get("day") - 1361.0 / (d * d)).abs() < 1e-6, "{}", get("day"));
+    assert_eq!(get("night"), 0.0);
+}
+
+const ORBIT: &str = r#"Simulation(
+    world: (body: "earth"),
+    bodies: {
+        "day": (parent: "world", at: (position: [7e6, 0, 0], rotation: (rpy: [0, "90 deg", 0])), mass: 1, inertia: Sphere(0.1), nodes: { "n": (position: [0, 0, 0]) }),
+        "night": (parent: "world", at: (position: [-7e6, 1e6, 0], rotation: (rpy: [0, "90 deg", 0])), mass: 1, inertia: Sphere(0.1), nodes: { "n": (position: [0, 0, 0]) }),
+    },
+    parts: {
+        "Sun": (model: "environment.fixed_sun", params: { "direction": [1, 0, 0] }),
+        "Day": (model: "power.solar_panel", params: { "area": "1 m^2", "efficiency": 1 }, bind: { "panel": "node:day/n" }),
+        "Night": (model: "power.solar_panel", params: { "area": "1 m^2", "efficiency": 1 }, bind: { "panel": "node:night/n" }),
+    },
+    gravity: "none", step: "1 s", until: "2 s",
+    figures: { "day": (of: "Day.power", take: "last", unit: "W"), "night": (of: "Night.power", take: "max", unit: "W") },
+)"#;
+
+/// At the mean distance of Mars 586 W/m² are left; a Sun that has set lights no panel, whichever way it faces.
+#[test]
+fn a_panel_on_the_ground_has_the_sun_of_its_planet_by_day_alone() {
+    let get = figures(GROUND);
+    // The radius of Mars nearer than its centre.
+    let d = 1.523_710_34 - 3_396_191.0 / 149_597_870_700.0;
+    assert!((get("lit") - 1361.0 / (d * d)).abs() < 1e-3, "{}", get("lit"));
+    assert_eq!(get("dark"), 0.0);
+}
+
+const GROUND: &str = r#"Simulation(
+    world: (body: "mars", site: (latitude: 0, longitude: 0, turning: false)),
+    bodies: { "deck": (parent: "world", at: (position: [0, 0, 1]), mass: 1, inertia: Sphere(0.1), nodes: { "up": (position: [0, 0, 0]) }), "side": (parent: "world", at: (position: [0, 0, 1], rotation: (rpy: [0, "90 deg", 0])), mass: 1, inertia: Sphere(0.1), nodes: { "n": (position: [0, 0, 0]) }) },
+    parts: {
+        "Noon": (model: "environment.fixed_sun", params: { "azimuth": 0, "elevation": "90 deg" }),
+        "Dusk": (model: "environment.fixed_sun", params: { "azimuth": 0, "elevation": "-10 deg" }),
+        "Lit": (model: "power.solar_panel", params: { "area": "1 m^2", "efficiency": 1, "sun": "Noon" }, bind: { "panel": "node:deck/up" }),
+        "Dark": (model: "power.solar_panel", params: { "area": "1 m^2", "efficiency": 1, "sun": "Dusk" }, bind: { "panel": "node:side/n" }),
+    },
+    gravity: "none", step: "1 s", until: "2 s",
+    figures: { "lit": (of: "Lit.power", take: "last", unit: "W"), "dark": (of: "Dark.power", take: "max", unit: "W") },
+)"#;
+
+/// At ∛(μ/ω²), 20 427.6 km around Mars, a craft keeps its place over the ground.
+#[test]
+fn in_a_stationary_orbit_the_ground_stands_still() {
+    let omega = 350.891_982_26_f64.to_radians() / 86_400.0;
+    let r = (4.2828e13 / (omega * omega)).cbrt();
+    let get = figures(
+        &STATIONARY
+            .replace("20427.6e3", &format!("{r:?}"))
+            .replace("1448", &format!("{:?}", omega * r)),
+    );
+    assert!(get("speed") < 1e-6 && get("inclination") < 1e-9, "{} m/s", get("speed"));
+    assert!(get("latitude").abs() < 1e-9);
+}
+
+const STATIONARY: &str = r#"Simulation(
+    world: (body: "mars", mu: 4.2828e13),
+    bodies: { "craft": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), initial: (position: [20427.6e3, 0, 0], velocity: [0, 1448, 0])) },
+    parts: {
+        "Gravity": (model: "environment.point_mass_gravity"),
+        "Ground": (model: "flight.ground_motion", bind: { "body": "node:craft" }),
+        "Orbit": (model: "flight.orbit", bind: { "body": "node:craft" }),
+    },
+    step: "10 s", integrator: "dormand_prince_54", accuracy: (relative: 1e-10, absolute: 1e-6), until: "1 h",
+    figures: { "speed": (of: "Ground.speed", take: "max"), "inclination": (of: "Orbit.inclination", take: "last"), "latitude": (of: "Ground.latitude", take: "max") },
+)"#;
+
+/// Inclinations count from the planet's own equator: of the orbit with the normal (1, 0, −1)/√2 around the pole of Mars, right ascension 317.68°, declination
+/// 52.89° (IAU), 104.4°; the craft comes as far from the equator as that says.
+#[test]
+fn an_inclination_counts_from_the_equator_of_the_body() {
+    let get = figures(INCLINED);
+    let (ra, dec) = (317.681_f64.to_radians(), 52.887_f64.to_radians());
+    let normal = (dec.cos() * ra.cos() - dec.sin()) / 2f64.sqrt();
+    let wanted = normal.acos().to_degrees();
+    assert!(get("least") < wanted && wanted < get("inclination"), "{wanted}");
+    assert!(get("inclination") - get("least") < 0.1);
+    // Geodetic latitudes are up to 0.34° larger than geocentric ones.
+    let beyond = get("latitude") - (180.0 - wanted);
+    assert!(beyond > 0.0 && beyond < 0.34, "{beyond}");
+}
+
+const INCLINED: &str = r#"Simulation(
+    world: (body: "mars", epoch: "2024-06-21 00:00:00 UTC"),
+    bodies: { "craft": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), initial: (position: [0, 4e6, 0], velocity: [2000, 0, 2000])) },
+    parts: {
+        "Gravity": (model: "environment.zonal_gravity", params: { "j2": 1.9566e-3 }),
+        "Ground": (model: "flight.ground_motion", bind: { "body": "node:craft" }),
+        "Orbit": (model: "flight.orbit", bind: { "body": "node:craft" }),
+    },
+    step: "10 s", integrator: "dormand_prince_54", accuracy: (relative: 1e-10, absolute: 1e-6), until: "3 h",
+    figures: { "least": (of: "Orbit.inclination", take: "min", unit: "deg"), "inclination": (of: "Orbit.inclination", take: "max", unit: "deg"), "latitude": (of: "Ground.latitude", take: "max", unit: "deg") },
+)"#;
