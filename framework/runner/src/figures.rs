@@ -71,10 +71,7 @@ impl Source {
     fn value(&self, sim: &Simulation) -> Option<f64> {
         match self {
             Source::Variable(place) => Some(sim.value(*place)).filter(|y| !y.is_nan()),
-            Source::Condition(c) => {
-                let holds = c.of(sim.time(), |place| sim.value(place)) > 0.0;
-                Some(f64::from(u8::from(holds)))
-            }
+            Source::Condition(c) => Some(f64::from(u8::from(sim.holds(c)))),
         }
     }
 }
@@ -82,8 +79,9 @@ impl Source {
 /// What of the past a checkpoint carries.
 #[derive(Serialize, Deserialize)]
 struct Kept {
-    /// The tick that was taken last: that of the checkpoint, or one before it when it was asked for ahead of the watcher.
-    taken: Option<u64>,
+    /// The tick that was taken last, and the time after it (s): that of the checkpoint, or one before it when it was asked for
+    /// ahead of the watcher.
+    taken: Option<(u64, f64)>,
     running: Vec<Running>,
 }
 
@@ -94,8 +92,8 @@ pub struct Figures {
     pub list: Vec<Tracked>,
     /// Where they stand.
     pub running: Vec<Running>,
-    /// The tick that was taken last.
-    taken: Option<u64>,
+    /// The tick that was taken last, and the time after it (s).
+    taken: Option<(u64, f64)>,
 }
 
 impl Figures {
@@ -175,13 +173,13 @@ impl Figures {
     /// Takes the values of this tick, unless they are taken already.
     #[inline]
     pub fn sample(&mut self, sim: &Simulation) {
-        let tick = sim.state().tick;
-        if self.taken.replace(tick) == Some(tick) {
+        let now = (sim.state().tick, sim.state().since);
+        if self.taken.replace(now) == Some(now) {
             return;
         }
         for (f, r) in self.list.iter().zip(&mut self.running) {
             if let Some(at) = &f.at
-                && (r.n > 0.0 || !(at.of(sim.time(), |place| sim.value(place)) > 0.0))
+                && (r.n > 0.0 || !sim.holds(at))
             {
                 continue;
             }
@@ -203,7 +201,7 @@ impl Figures {
     /// Goes on where a checkpoint stood, whose tick `sim` has: that tick is taken again only when the run that wrote it
     /// had not taken it yet. Figures of another simulation are left alone.
     pub fn restore(&mut self, saved: &[u8], sim: &Simulation) {
-        let (n, now) = (self.running.len(), sim.state().tick);
+        let (n, now) = (self.running.len(), (sim.state().tick, sim.state().since));
         let kept: Option<Kept> = rmp_serde::from_slice(saved).ok();
         let fits = |k: &Kept| k.running.len() == n && k.taken.is_none_or(|taken| taken <= now);
         if let Some(kept) = kept.filter(fits) {

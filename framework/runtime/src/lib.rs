@@ -41,7 +41,7 @@ pub use block::{
 pub use catalogue::{Catalogue, Entry, Foreign, Making};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
-pub use condition::{Condition, ConditionError};
+pub use condition::{Condition, ConditionError, Times};
 pub use field::{Field, Seen, Shown, Shows, View};
 pub use linkwork_multibody::names::{did_you_mean, nearest};
 pub use made::Made;
@@ -49,7 +49,7 @@ pub use mechanism::{
     Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
     MechanismSpec, PlaceError, Placed, Placement, RankReport, place_on_terrain,
 };
-pub use model::{BuildError, Description, Functions, Model, Store};
+pub use model::{BuildError, Description, Fired, Functions, Model, Store};
 pub use overlay::{
     OVERLAY_PERIOD, Overlay, OverlayNews, OverlayTile, OverlayValues, SharedOverlay,
 };
@@ -62,7 +62,7 @@ pub use ports::{
     AddedMass, BodyMass, ContactLoad, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes,
     NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, Wrench,
 };
-pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
+pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
@@ -89,10 +89,10 @@ pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
 pub mod prelude {
     pub use crate::{
         AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
-        Entry, Field, Files, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque, Lanes,
-        Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock,
-        Scenery, Service, SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun,
-        SunState, Surface, Terrain, Traction, View, Wrench,
+        Entry, Field, Files, Fired, Gravity, Ground, Handle, HingeAccel, HingeState, HingeTorque,
+        Lanes, Model, NodeAccel, NodeState, Overlay, OverlayTile, OverlayValues, PortKind,
+        PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil,
+        Store, Sun, SunState, Surface, Terrain, Traction, View, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

@@ -77,6 +77,12 @@ pub struct Plan {
     pub conditions: Vec<Watched>,
     /// What is evaluated to know the guards (indices into `ops`).
     pub guard_ops: Vec<u32>,
+    /// Whether a guard may reach zero between rows: else they are looked at at rows and events only.
+    pub located: bool,
+    /// For each part whether it has modes ([`crate::Model::MODES`]) that are watched; empty when none has.
+    pub moded: Vec<bool>,
+    /// How many conditions the run watches.
+    pub watches: u32,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
     /// Algebraic loops that are solved.
@@ -147,7 +153,7 @@ pub struct Integration {
 pub struct GuardPlan {
     /// `<part>.<guard>`, or the condition as written.
     pub name: String,
-    /// Which change of sign is an event.
+    /// From which side it reaches its threshold at zero.
     pub direction: Direction,
     /// What happens then.
     pub fires: Fires,
@@ -174,6 +180,11 @@ pub enum Fires {
     Transition {
         /// Its place in the program.
         to: u32,
+    },
+    /// A condition that the run watches: the instant is noted, and [`crate::Simulation::step_watched`] stops there.
+    Watch {
+        /// Its place among [`crate::PhaseSpec::watches`].
+        which: u32,
     },
 }
 

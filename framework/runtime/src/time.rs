@@ -154,12 +154,15 @@ pub struct Clock {
     pub n: u64,
     /// Key of the noise: hash of (seed, path).
     pub key: u64,
+    /// Whether its outputs change at rows and events only, since it has a rate or inputs that do: a model with
+    /// [modes](crate::Model::MODES) then follows its levels.
+    pub sampled: bool,
 }
 
 impl Clock {
     /// A clock for a unit test.
     pub fn at(t: f64, dt: f64, n: u64) -> Clock {
-        Clock { t, dt, n, key: 1 }
+        Clock { t, dt, n, key: 1, sampled: false }
     }
 
     /// A number in [0, 1), the same whenever asked for this (seed, path, sample, lane).

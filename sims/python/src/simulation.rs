@@ -1,7 +1,7 @@
 //! `Simulation`: a run of a RON simulation; variables by path, callbacks, logs, checkpoints.
 use crate::array::{Array1, out1};
 use crate::core::{Core, GRAVITY, lock};
-use crate::error::{no_variable, refuse, refuse_with, run_failed};
+use crate::error::{refuse, refuse_with, run_failed};
 use crate::files::{self, Ready};
 use crate::mechanism::Mechanism;
 use crate::parts;
@@ -9,7 +9,7 @@ use crate::running::{Running, Stopped};
 use crate::values::{overrides, period, seconds};
 use linkwork_assembly::{BodyShape, LogRule};
 use linkwork_runner::Goal;
-use linkwork_runtime::{self as runtime, Checkpoint, Place, Plan, Program, Seconds};
+use linkwork_runtime::{self as runtime, Checkpoint, Plan, Program, Seconds};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -46,7 +46,7 @@ pub struct Simulation {
     shapes: Arc<Vec<Vec<BodyShape>>>,
     rules: Vec<LogRule>,
     until: Option<Seconds>,
-    stop_when: Option<Place>,
+    stop_when: Option<u32>,
     running: Mutex<Running>,
     busy: AtomicBool,
     /// Threads that wait for a turn while the run steps.
@@ -65,12 +65,7 @@ impl Drop for Busy<'_> {
 impl Simulation {
     /// A run at its start, to an end that replaces the file's.
     pub fn from_ready(py: Python<'_>, ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
-        let stop_when = match &ready.loaded.simulation.stop_when {
-            Some(text) => {
-                Some(ready.plan().variable(&text.text).map_err(|e| no_variable(&e))?.place)
-            }
-            None => None,
-        };
+        let stop_when = ready.loaded.simulation.stop_when.as_ref().map(|_| 0);
         let file = ready.loaded.simulation;
         let program = Arc::new(ready.program);
         let sim = runtime::Simulation::of(program.clone());

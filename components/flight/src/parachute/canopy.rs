@@ -158,11 +158,12 @@ pub struct NextChange {
     #[port("1", rising)]
     pub command: f64,
     /// How far below the last Mach number of the table, as a share of its width, once it is open.
-    #[port("1", falling)]
+    #[port("1")]
     pub inside: f64,
 }
 
-/// Guards that change nothing but what is told, by their place in [`NextChange`].
+/// Guards by their places in [`NextChange`]; those after the first change nothing but what is told.
+const SINCE: usize = 0;
 const COMMAND: usize = 1;
 const INSIDE: usize = 2;
 
@@ -301,17 +302,16 @@ impl Model for Canopy {
     fn fired(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &(),
         d: &Filling,
         _: &(),
         u: &CanopyIn,
     ) -> ((), Filling) {
         let p = &self.p;
-        match which {
-            COMMAND => return ((), *d),
-            INSIDE => return ((), Filling { outside: true, ..*d }),
-            _ => {}
+        let d = &Filling { outside: d.outside || which.fell(INSIDE), ..*d };
+        if !which.rose(SINCE) {
+            return ((), *d);
         }
         // The event is at its instant to 1 ps: either side of it.
         let begins = d.stage < 0.5 || self.next_stage(d).is_some_and(|t| c.t > t - 1e-9);
@@ -325,7 +325,9 @@ impl Model for Canopy {
             filling_time(p.porosity, p.diameter, speed.max(1.0)).max(1e-6)
         });
         let first = d.stage < 0.5;
-        let began = if first { p.start.unwrap_or(c.t) } else { self.next_stage(d).unwrap_or(c.t) };
+        // It opens at `start` but for the round-off of the event; at once where the part comes after it.
+        let at = p.start.filter(|start| c.t - start < 1e-6).unwrap_or(c.t);
+        let began = if first { at } else { self.next_stage(d).unwrap_or(c.t) };
         let filling = Filling {
             stage: d.stage + 1.0,
             full: false,
@@ -340,7 +342,7 @@ impl Model for Canopy {
     fn tells(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &(),
         d: &Filling,
         _: &(),
@@ -349,8 +351,9 @@ impl Model for Canopy {
         let t = c.t;
         let said =
             |fact: String, help: &str, at: &str| Some(BuildError::new(fact).help(help).at(at));
-        match (which, self.p.start) {
-            (COMMAND, Some(start)) => {
+        let commanded = which.rose(COMMAND);
+        match self.p.start {
+            Some(start) if commanded => {
                 let fact = format!(
                     "it is commanded to open at {t:.6} s, and `start` opens it at {start} s"
                 );
@@ -361,7 +364,7 @@ impl Model for Canopy {
                 )
             }
             // The command that has opened it is no second one.
-            (COMMAND, None) if d.stage > 0.5 && t - d.opened > 1e-6 => {
+            None if commanded && d.stage > 0.5 && t - d.opened > 1e-6 => {
                 let fact = format!(
                     "it is commanded to open at {t:.6} s, and is open since {:.6} s",
                     d.opened
@@ -372,19 +375,18 @@ impl Model for Canopy {
                     "start",
                 )
             }
-            (INSIDE, _) => Some(self.beyond(self.mach(t, u))),
+            _ if which.fell(INSIDE) => Some(self.beyond(self.mach(t, u))),
             _ => None,
         }
     }
     fn remarks(&self, c: &Clock, _: &(), d: &Filling, _: &(), u: &CanopyIn) -> Vec<BuildError> {
-        // A guard that begins on its zero is not seen to rise.
-        let late = self.p.start.filter(|s| d.stage < 0.5 && *s <= c.t);
+        let late = self.p.start.filter(|s| d.stage < 0.5 && *s < c.t - 1e-6);
         let told = late.map(|s| {
             BuildError::new(format!(
-                "it should have opened at {s} s and the run begins at {} s",
+                "it should have opened at {s} s and begins at {:.6} s: it opens at once",
                 c.t
             ))
-            .help("write a later `start`, or wire `deploy`: as it stands it never opens")
+            .help("write a later `start`, or wire `deploy`")
             .at("start")
         });
         let mach = self.mach(c.t, u);
@@ -449,7 +451,7 @@ mod tests {
         for k in 0..=(t * 1000.0) as usize {
             let now = k as f64 * 1e-3;
             while m.guards(&at(now), &(), &d, &(), u, &()).since >= 0.0 {
-                d = m.fired(&at(now), 0, &(), &d, &(), u, &mut ()).1;
+                d = m.fired(&at(now), Fired::rising(SINCE), &(), &d, &(), u, &mut ()).1;
             }
         }
         d
@@ -471,7 +473,7 @@ mod tests {
         let wind = Vec3::x() * 3.0;
         let mut d = until(&m, 1.999, &input(0.0, wind));
         assert_eq!(d.stage, 0.0);
-        d = m.fired(&at(2.0), 0, &(), &d, &(), &input(0.0, wind), &mut ()).1;
+        d = m.fired(&at(2.0), Fired::rising(SINCE), &(), &d, &(), &input(0.0, wind), &mut ()).1;
         let (mut v, h) = (70.0, 1e-4);
         let force = |d: &Filling, t: f64, v: f64| {
             let u = input(0.0, wind + Vec3::y() * v);
@@ -558,6 +560,7 @@ mod tests {
         (slow.deploy, fast.deploy) = (1.0, 1.0);
         let open = until(&m, 5.0, &slow);
         let tells = |m: &Canopy, t: f64, which: usize, d: &Filling, u: &CanopyIn| {
+            let which = if which == INSIDE { Fired::falling(which) } else { Fired::rising(which) };
             m.tells(&at(t), which, &(), d, &(), u, &())
         };
         // The command that opened it says nothing, the next one does; packed away it meets no air.
@@ -583,7 +586,7 @@ mod tests {
         assert!(
             told.message.contains("Mach 0.0300 is beyond") && told.message.contains("end at 0.02")
         );
-        let gone = m.fired(&at(5.0), INSIDE, &(), &open, &(), &fast, &mut ()).1;
+        let gone = m.fired(&at(5.0), Fired::falling(INSIDE), &(), &open, &(), &fast, &mut ()).1;
         assert!(gone.outside && inside(&gone, &fast) == 1.0 && gone.stage == 1.0);
         // It goes on with the last row, as does a step that is tried beyond; what is said stops the run or does not.
         let drag = |m: &Canopy| m.direct(&at(5.0), &(), &open, &fast, &()).load.force;

@@ -130,20 +130,21 @@ impl Model for SolidMotor {
         };
         NextRow { since }
     }
-    fn fired(&self, c: &Clock, _: usize, _: &(), d: &Burn) -> ((), Burn) {
-        let lit = if d.rows < 0.5 { self.p.start.unwrap_or(c.t) } else { d.lit };
+    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Burn) -> ((), Burn) {
+        // Lit at `start` but for the round-off of the event; at once where the part comes after it.
+        let at = self.p.start.filter(|start| c.t - start < 1e-6).unwrap_or(c.t);
+        let lit = if d.rows < 0.5 { at } else { d.lit };
         ((), Burn { rows: d.rows + 1.0, lit })
     }
-    fn remarks(&self, c: &Clock, _: &(), d: &Burn, _: &(), u: &MotorIn) -> Vec<BuildError> {
+    fn remarks(&self, c: &Clock, _: &(), d: &Burn) -> Vec<BuildError> {
         let waits = d.rows < 0.5;
         let fact = match self.p.start {
-            Some(s) if waits && s <= c.t => {
-                format!("it should be lit at {s} s and the run begins at {} s", c.t)
+            Some(s) if waits && s < c.t - 1e-6 => {
+                format!("it should be lit at {s} s and begins at {:.6} s: it is lit at once", c.t)
             }
-            None if waits && u.ignite > 0.5 => "`ignite` is on at the start".to_string(),
             _ => return Vec::new(),
         };
-        let help = "light it after the start of the run: as it stands it never burns";
+        let help = "write a later `start`, or 0 where it is lit at the start of the run";
         vec![BuildError::new(fact).help(help).at("start")]
     }
 }
@@ -168,7 +169,7 @@ mod tests {
         for k in 0..8000 {
             let t = 1.0 + f64::from(k) * h;
             while m.guards(&at(t), &(), &d, &(), &u(1.0), &()).since >= -1e-9 {
-                d = m.fired(&at(t), 0, &(), &d, &(), &u(1.0), &mut ()).1;
+                d = m.fired(&at(t), Fired::rising(0), &(), &d, &(), &u(1.0), &mut ()).1;
             }
             flow += m.direct(&at(t + 0.5 * h), &(), &d, &u(1.0), &()).flow * h;
         }

@@ -183,7 +183,7 @@ impl Model for PanelRadiation {
         Edges::of(&self.look(c, u).discs)
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
-    fn fired(&self, _: &Clock, _: usize) -> ((), ()) {
+    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), ()) {
         ((), ())
     }
 }

@@ -32,7 +32,7 @@ use crate::services::{Files, Services};
 use crate::spec::{Accuracy, PartSpec, Spec};
 use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin};
-pub(crate) use guards::WhenSpec;
+pub(crate) use guards::{WatchedSpec, WhenSpec};
 pub use host::{Bound, End, Host, HostWire, Lowering};
 pub(crate) use solved::REPORT;
 use std::collections::{BTreeMap, BTreeSet};
@@ -62,6 +62,8 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
 pub(crate) struct Within<'a> {
     /// The conditions on which it is left.
     pub whens: Vec<WhenSpec<'a>>,
+    /// The conditions that the run watches.
+    pub watches: Vec<WatchedSpec<'a>>,
     /// A tick of which all phases' ticks are multiples, so that one count of ticks serves the whole run.
     pub tick: Option<Seconds>,
 }
@@ -136,7 +138,9 @@ pub(crate) fn compile_phase(
         .map_err(|f| Faults(in_file_order(f)))?;
     let variables = Arc::new(variables::variables(&parts, &connections, &order.loops));
     let sizes = Sizes { sig: connections.signals + order.work, ..connections.sizes };
-    let watch = guards::guards(&within.whens, &parts, &connections, &order, &variables)
+    guards::hold(&mut parts, &connections, &order);
+    let watched = (&within.whens[..], &within.watches[..]);
+    let watch = guards::guards(watched, &parts, &connections, &order, &variables)
         .map_err(|f| Faults(in_file_order(f)))?;
     let links = std::mem::take(&mut connections.links);
     let wires = connect::Connections::listing(links, &parts, &order);
@@ -177,6 +181,9 @@ pub(crate) fn compile_phase(
         guarded: watch.guarded,
         conditions: watch.conditions,
         guard_ops: watch.ops,
+        located: watch.located,
+        moded: watch.moded,
+        watches: within.watches.len() as u32,
         asked: settings::asked(&parts, &services),
         parts: parts
             .into_iter()

@@ -6,14 +6,20 @@ use super::turning;
 use super::{RunError, Simulation, State, Stop};
 use crate::block::{Evaluation, Now};
 use crate::plan::{Place, Plan};
+use crate::value::{Fault, Origin};
 use linkwork_integrate::Failure;
+
+/// Steps and events one after another that do not advance a run, beyond which it ends.
+const TINY_MAX: u32 = 10_000;
+/// Steps between two rows or events, at which a run warns.
+const MANY: u32 = 1_000_000;
 
 impl Simulation {
     /// To the end of the present row, or to the first event before it.
     #[inline]
     pub(super) fn integrate(&mut self, plan: &Plan) -> Result<Stop, RunError> {
         let gap = plan.base.times(plan.table[self.state.row as usize].gap);
-        if plan.derivs.is_empty() && plan.steps.is_empty() && plan.guards.is_empty() {
+        if plan.derivs.is_empty() && plan.steps.is_empty() && !plan.located {
             return Ok(Stop::Row);
         }
         if !plan.steps.is_empty() {
@@ -23,6 +29,7 @@ impl Simulation {
         }
         // k₁ of the first step comes from the signals of this instant.
         let mut known = true;
+        let mut steps = 0_u32;
         loop {
             let rest = gap - self.state.since;
             if rest <= 0.0 {
@@ -30,10 +37,12 @@ impl Simulation {
             }
             let result = self.one_step(plan, rest, known);
             let (h, end) = result.map_err(|failure| self.failed(failure))?;
-            let event = match plan.guards.is_empty() {
-                true => None,
-                false => self.crossing(plan, (h, end)).map_err(|failure| self.failed(failure))?,
+            let event = match plan.located {
+                false => None,
+                true => self.crossing(plan, (h, end)).map_err(|failure| self.failed(failure))?,
             };
+            let length = event.map_or(h, |theta| theta * h);
+            self.advances(length, gap)?;
             if let Some(theta) = event {
                 let moved = self.go_to_event(plan, h, theta, gap);
                 moved.map_err(|failure| self.failed(failure))?;
@@ -45,7 +54,53 @@ impl Simulation {
             self.state.since += h;
             self.state.micro = 0;
             known = false;
+            steps += 1;
+            if steps == MANY {
+                self.tell_many(h);
+            }
+            if self.is_interrupted() {
+                let settled = self.refresh().map_err(Failure::System);
+                settled.map_err(|failure| self.failed(failure))?;
+                return Ok(Stop::Interrupted);
+            }
         }
+    }
+
+    /// That a run advances: not [`TINY_MAX`] steps and events one after another below a billionth of a row.
+    #[inline]
+    fn advances(&mut self, length: f64, gap: f64) -> Result<(), RunError> {
+        if length >= 1e-9 * gap {
+            self.work.tiny = 0;
+            return Ok(());
+        }
+        self.work.tiny += 1;
+        if self.work.tiny < TINY_MAX { Ok(()) } else { Err(self.chatters(length)) }
+    }
+
+    #[cold]
+    fn chatters(&self, length: f64) -> RunError {
+        let last = self.work.last.and_then(|k| self.plan.guards.get(k as usize));
+        let guard = last.map_or(String::new(), |g| format!(", the last event is `{}`", g.name));
+        RunError {
+            time: self.time(),
+            path: last.map_or(String::new(), |g| g.name.clone()),
+            message: format!(
+                "the run does not advance: {TINY_MAX} steps and events one after another were shorter than a billionth of a row, the last {length:.1e} s{guard}"
+            ),
+            help: Some(
+                "a jump in a feedback looks like this: give it two thresholds, or take a fixed step (`accuracy: \"fixed\"`)".into(),
+            ),
+        }
+    }
+
+    #[cold]
+    fn tell_many(&mut self, h: f64) {
+        let (time, row) = (self.time(), self.plan.step.seconds());
+        let message = format!(
+            "{MANY} steps of the integrator since the last row or event, now of {h:.1e} s in a row of {row} s"
+        );
+        let help = "loosen `accuracy`, use `rodas4p` for what is stiff, or give a jump in a feedback two thresholds";
+        self.notices.add("many steps", time, Fault::new(Origin::NONE, message).help(help));
     }
 
     /// One step of at most `rest` s; gives its length, and whether it ends at the row.
@@ -68,7 +123,8 @@ impl Simulation {
             return Ok((rest, true));
         }
         let Simulation { state, blocks, work, .. } = self;
-        let State { x, d, sig, memory, pins, .. } = state;
+        let State { x, d, sig, memory, pins, began, .. } = state;
+        let began = *began;
         let pins = pins.as_deref();
         let turns = !turning::of(plan).is_empty();
         let k1 = match known {
@@ -91,7 +147,7 @@ impl Simulation {
         };
         let (number, linear) = (&mut work.number, work.linear.as_deref_mut());
         let stage = turns.then_some(&mut work.stage[..]);
-        let mut system = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
+        let mut system = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
         let taken = match &plan.integration.control {
             None => {
                 work.integrator.step_fixed(&mut system, t, rest, moved, k1)?;
@@ -116,7 +172,7 @@ impl Simulation {
         if length <= 0.0 {
             return Ok(());
         }
-        if !plan.guards.is_empty() {
+        if plan.located {
             self.keep(plan);
         }
         self.work.advanced = (self.state.since, length);
@@ -179,11 +235,13 @@ impl Simulation {
         if plan.derivs.is_empty() {
             work.inside.copy_from_slice(&state.x);
         } else {
-            let State { d, sig, pins, .. } = state;
+            let State { d, sig, pins, began, .. } = state;
+            let began = *began;
             let (number, pins) = (&mut work.number, pins.as_deref());
             let (linear, stage) =
                 (None, (!turning::of(plan).is_empty()).then_some(&mut work.stage[..]));
-            let mut system = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
+            let mut system =
+                Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
             // A step has a length: at its start the dense output is the state.
             if purpose == Purpose::Look || theta == 0.0 {
                 work.integrator.dense(&mut system)?.at(theta, &mut work.inside);
