@@ -129,17 +129,16 @@ impl Model for Quotient {
     type Yd = Output;
     type D = Piece;
     type G = Ends;
-    fn direct(&self, c: &Clock, _: &(), d: &Piece, u: &Pair) -> Output {
+    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Pair) -> Output {
         let least = self.p.least;
-        let level = u.b == 0.0 || u.b.abs() < least;
-        let none = if c.sampled || least == 0.0 { level } else { d.piece < 0.5 };
+        let none = if least == 0.0 { u.b == 0.0 } else { d.piece < 0.5 };
         // Within a step the piece stays, and its divisor does not come nearer to zero.
         let b = if u.b.abs() < least { least.copysign(u.b) } else { u.b };
         Output { y: if none { 0.0 } else { u.a / b } }
     }
-    fn mode(&self, _: &Clock, _: &(), d: &Piece, u: &Pair) -> Piece {
+    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Pair) -> Piece {
         let there = u.b.abs() >= self.p.least;
-        if at_edge(u.b.abs(), self.p.least) && d.piece > 0.5 {
+        if !c.sampled && at_edge(u.b.abs(), self.p.least) && d.piece > 0.5 {
             *d
         } else {
             Piece::new(f64::from(u8::from(there)))
@@ -183,21 +182,20 @@ impl Model for Saturation {
         }
         Ok(Saturation { p })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Piece, u: &Input) -> Output {
+    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Input) -> Output {
         let (lower, upper) = (self.p.lower, self.p.upper);
         let y = match () {
-            () if c.sampled => u.u.clamp(lower, upper),
             () if d.piece > 0.5 => upper,
             () if d.piece < -0.5 => lower,
             () => u.u,
         };
         Output { y }
     }
-    fn mode(&self, _: &Clock, _: &(), d: &Piece, u: &Input) -> Piece {
+    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Input) -> Piece {
         let (lower, upper) = (self.p.lower, self.p.upper);
         let level = f64::from(u8::from(u.u > upper)) - f64::from(u8::from(u.u < lower));
         // The output is continuous: at an edge both pieces are right.
-        let edge = at_edge(u.u, upper) || at_edge(u.u, lower);
+        let edge = !c.sampled && (at_edge(u.u, upper) || at_edge(u.u, lower));
         let near = (level - d.piece).abs() < 1.5 && lower < upper;
         if edge && near { *d } else { Piece::new(level) }
     }
@@ -255,9 +253,9 @@ impl Model for Lookup {
         }
         Ok(Lookup { p })
     }
-    fn direct(&self, c: &Clock, _: &(), d: &Piece, u: &Input) -> Output {
+    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Input) -> Output {
         let t = &self.p.table;
-        let i = if c.sampled { self.level(u.u) } else { (d.piece as usize).min(t.len()) };
+        let i = (d.piece as usize).min(t.len());
         let y = if i == 0 {
             t[0][1]
         } else if i == t.len() {
@@ -268,12 +266,12 @@ impl Model for Lookup {
         };
         Output { y }
     }
-    fn mode(&self, _: &Clock, _: &(), d: &Piece, u: &Input) -> Piece {
+    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Input) -> Piece {
         let (t, level, was) = (&self.p.table, self.level(u.u), d.piece as usize);
         // The output is continuous: at a row both pieces are right.
         let at = |row: usize| t.get(row).is_some_and(|r| at_edge(u.u, r[0]));
         let near = (was + 1 == level && at(was)) || (level + 1 == was && at(level));
-        Piece::new(if near { was } else { level } as f64)
+        Piece::new(if near && !c.sampled { was } else { level } as f64)
     }
     fn guards(&self, _: &Clock, _: &(), d: &Piece, _: &(), u: &Input) -> Ends {
         let (t, k) = (&self.p.table, d.piece as usize);
@@ -323,14 +321,13 @@ impl Model for Comparator {
     type Yd = Truth;
     type D = Piece;
     type G = Ends;
-    fn direct(&self, c: &Clock, _: &(), d: &Piece, u: &Pair) -> Truth {
-        let level = u.a > u.b + self.p.threshold;
-        Truth { y: if c.sampled { level } else { d.piece > 0.5 } }
+    fn direct(&self, _: &Clock, _: &(), d: &Piece, _: &Pair) -> Truth {
+        Truth { y: d.piece > 0.5 }
     }
-    fn mode(&self, _: &Clock, _: &(), d: &Piece, u: &Pair) -> Piece {
+    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Pair) -> Piece {
         let edge = u.b + self.p.threshold;
-        let level = u.a > edge;
-        Piece::new(f64::from(u8::from(level || (d.piece > 0.5 && at_edge(u.a, edge)))))
+        let stays = !c.sampled && d.piece > 0.5 && at_edge(u.a, edge);
+        Piece::new(f64::from(u8::from(u.a > edge || stays)))
     }
     fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Pair) -> Ends {
         Ends { upper: u.a - u.b - self.p.threshold, lower: -1.0 }

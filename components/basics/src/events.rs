@@ -194,7 +194,7 @@ mod tests {
     fn an_impact_turns_the_speed_and_a_slow_one_stops_the_ball() {
         let p = BallParams { height: 1.0, restitution: 0.5, gravity: 9.8, speed_min: 1e-3 };
         let ball = BouncingBall { p };
-        let clock = Clock { t: 2.5, dt: 0.1, n: 0, key: 0, sampled: false };
+        let clock = Clock { t: 2.5, dt: 0.1, n: 0, key: 0, sampled: false, span: None };
         let before = Impacts { impacts: 3.0, last_impact: 0.0, rests: false };
         let fall = |speed| Fall { height: -1e-13, speed };
         let (x, d) = ball.fired(&clock, Fired::falling(0), &fall(-4.0), &before, &(), &(), &mut ());

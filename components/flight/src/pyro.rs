@@ -32,7 +32,7 @@ pub struct PyroParams {
     /// Scatter of the delay: only later.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub delay_sigma: f64,
-    /// When it has its command, after it is there (0: as its phase begins); unwritten: where `fire` rises through ½.
+    /// When it has its command, after it is there (0: as its phase begins); unwritten: where `fire` is at ½ or above, also from the start.
     #[param(unit = "s", range = 0.0..)]
     pub after: Option<f64>,
 }
@@ -46,7 +46,7 @@ pub struct PyroIn {
     /// The node that is pushed.
     #[port(bind = "b")]
     pub b: NodeState,
-    /// Fires it where it rises through ½, unless `after` says when.
+    /// Fires it where it is at ½ or above, unless `after` says when.
     #[port("1", default = 0.0)]
     pub fire: f64,
 }
@@ -113,6 +113,7 @@ pub struct Pyro {
 /// A pyrotechnic device that parts two bodies by an impulse, with scatter of its size and instant.
 #[model("flight.pyro")]
 impl Model for Pyro {
+    const AVERAGES: bool = true;
     type Params = PyroParams;
     type Ud = PyroIn;
     type Yd = PyroOut;
@@ -126,8 +127,12 @@ impl Model for Pyro {
     fn direct(&self, c: &Clock, _: &Waited, d: &Charge, u: &PyroIn) -> PyroOut {
         let tau = self.p.duration;
         let force = if d.stage == 2.0 {
-            let share = ((c.t - d.begins) / tau).clamp(0.0, 1.0);
-            0.5 * d.impulse * PI / tau * (PI * share).sin()
+            let share = |t: f64| ((t - d.begins) / tau).clamp(0.0, 1.0);
+            let given = |t: f64| -0.5 * d.impulse * (PI * share(t)).cos();
+            match c.span {
+                Some([a, b]) if b > a => (given(b) - given(a)) / (b - a),
+                _ => 0.5 * d.impulse * PI / tau * (PI * share(c.t)).sin(),
+            }
         } else {
             0.0
         };
@@ -262,7 +267,7 @@ mod tests {
     fn it_scatters_by_seed() {
         let m = pyro(0.05, 0.0);
         let drawn = |key: u64| {
-            let c = Clock { t: 1.0, dt: 0.0, n: 0, key, sampled: false };
+            let c = Clock { t: 1.0, dt: 0.0, n: 0, key, sampled: false, span: None };
             m.fired(
                 &c,
                 Fired::rising(STAGE),

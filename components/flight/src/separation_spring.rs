@@ -148,7 +148,7 @@ mod tests {
     }
 
     fn push(height: f64, released: bool) -> SpringOut {
-        let clock = Clock { t: 0.0, dt: 0.1, n: 0, key: 0, sampled: false };
+        let clock = Clock { t: 0.0, dt: 0.1, n: 0, key: 0, sampled: false, span: None };
         spring().direct(&clock, &(), &Released { released }, &at(height), &())
     }
 

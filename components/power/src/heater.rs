@@ -1,6 +1,6 @@
 //! `power.heater`: an electrical heater with a thermostat.
 //! ```text
-//! on where T falls through `on_below`, off where T rises through `on_below` + `band`, between them as it was
+//! on where T ≤ `on_below`, off where T ≥ `on_below` + `band`, between them as it was
 //! P = power while it is on, enabled and supplied, else 0
 //! ```
 //! Switching is an event, located on the dense output of the integrator. A run that starts outside the two thresholds
@@ -15,7 +15,7 @@ pub struct HeaterParams {
     /// Power while it heats.
     #[param(unit = "W", range = 0.0..)]
     pub power: f64,
-    /// It switches on where the temperature falls through this.
+    /// On where the temperature is at this or below it.
     #[param(unit = "K", range = 0.0..)]
     pub on_below: f64,
     /// It switches off where the temperature has risen by this above `on_below`.

@@ -102,7 +102,7 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
     item.items.push(parse_quote! {
         const FUNCTIONS: #rt::Functions = #rt::Functions {
             moore: #m, direct: #d, deriv: #v, update: #u, moore_timed: #tm, direct_timed: #td,
-            deriv_outputs: #outputs, direct_after_moore: false, guards: #g, modes: false, steps: false, overlay: #o,
+            deriv_outputs: #outputs, direct_after_moore: false, guards: #g, modes: false, averages: false, steps: false, overlay: #o,
         };
     });
     Ok(quote!(#item))

@@ -302,7 +302,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let live = server.map(|server| announce(server, &out)).transpose()?;
     Ok(Run {
         runner,
-        goal: Goal { until, steps: None, stop_when: prepared.stop_when },
+        goal: Goal { until, stop_when: prepared.stop_when, ..Goal::default() },
         name: name.to_string(),
         folder,
         files,
@@ -608,6 +608,7 @@ impl Run {
             real_time_factor: simulated / wall.max(1e-9),
             realtime: self.runner.realtime(),
             seed: sim.plan().seed,
+            phases: summary::phases(sim),
             figures: summary::figures(&self.runner.watch.figures),
             files: self.files.clone(),
             problems: self.problems.clone(),

@@ -33,6 +33,8 @@ pub struct Goal {
     pub until: Option<Seconds>,
     /// After so many steps.
     pub steps: Option<u64>,
+    /// After so many rows and events: each event of a part or phase counts.
+    pub events: Option<u64>,
     /// At the instant from which this condition holds, by its place among those that the run watches.
     pub stop_when: Option<u32>,
 }
@@ -286,7 +288,11 @@ impl<W: Watch> Runner<W> {
                 return pause;
             }
             loop {
-                match self.sim.step_watched() {
+                let step = match goal.events {
+                    None => self.sim.step_watched(),
+                    Some(_) => self.sim.step_event(),
+                };
+                match step {
                     Err(e) => {
                         if let Some(saves) = &mut self.saves {
                             saves.before_failure();
@@ -296,12 +302,14 @@ impl<W: Watch> Runner<W> {
                     Ok(Step::Watched(which)) if goal.stop_when == Some(which) => {
                         return self.at_tick(goal).unwrap_or(Pause::Ended(Ended::StopWhen));
                     }
+                    Ok(_) if goal.events.is_some() => break,
                     // Seen at the row that follows.
                     Ok(Step::Watched(_)) if !self.sim.at_row() => {}
                     Ok(_) => break,
                 }
             }
             goal.steps = goal.steps.map(|n| n - 1);
+            goal.events = goal.events.map(|n| n - 1);
         }
         Pause::Chunk
     }
@@ -359,7 +367,7 @@ impl<W: Watch> Runner<W> {
             return Some(Ended::StopWhen);
         }
         let late = goal.until.is_some_and(|t| !self.sim.before(t));
-        if late || goal.steps == Some(0) {
+        if late || goal.steps == Some(0) || goal.events == Some(0) {
             return Some(Ended::Goal);
         }
         self.stop.is_set().then_some(Ended::Stopped)

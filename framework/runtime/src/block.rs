@@ -31,6 +31,8 @@ pub struct Now {
     pub tick: u64,
     /// What it is for.
     pub evaluation: Evaluation,
+    /// Begin and end (s) of the step of a fixed method that it belongs to.
+    pub span: Option<[f64; 2]>,
     /// Number of this evaluation. All operations of one evaluation see one state, so a block may keep
     /// work that follows from the state between two of them when their numbers are equal, and must not
     /// otherwise. Inputs may differ: in an algebraic loop they do.
@@ -374,8 +376,8 @@ impl Wiring {
     pub fn clock(&self, now: &Now) -> Clock {
         let since = now.tick.saturating_sub(self.offset);
         match since.checked_div(self.period) {
-            None => Clock { t: now.t, dt: now.dt, n: 0, key: self.key, sampled: self.held },
-            Some(n) => Clock { t: now.t, dt: self.period_s, n, key: self.key, sampled: true },
+            None => Clock { t: now.t, dt: now.dt, n: 0, key: self.key, sampled: self.held, span: now.span },
+            Some(n) => Clock { t: now.t, dt: self.period_s, n, key: self.key, sampled: true, span: None },
         }
     }
 }

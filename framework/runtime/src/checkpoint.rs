@@ -340,7 +340,7 @@ fn layout(plan: &Plan) -> Vec<String> {
         match v.place {
             Place::X(k) => names[k as usize].clone_from(path),
             Place::D(k) => names[plan.sizes.x + k as usize].clone_from(path),
-            Place::Signal(_) | Place::Channel(_) => {}
+            Place::Signal(_) | Place::Channel(_) | Place::Phase(_) => {}
         }
     }
     names

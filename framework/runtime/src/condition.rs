@@ -131,7 +131,7 @@ impl Condition {
             Place::D(k) => d[k as usize],
             Place::Signal(k) => sig[k as usize],
             // Conditions of phases are read over the lanes of their own plan.
-            Place::Channel(_) => f64::NAN,
+            Place::Channel(_) | Place::Phase(_) => f64::NAN,
         })
     }
 

@@ -29,6 +29,8 @@ pub struct Functions {
     pub guards: bool,
     /// Its guards keep steps off the jumps and corners of its outputs ([`Model::MODES`]).
     pub modes: bool,
+    /// Its outputs are averages over a step of a fixed method ([`Model::AVERAGES`]).
+    pub averages: bool,
     /// Its continuous state advances by a method of its own, from row to row.
     pub steps: bool,
     /// It shows something on the ground.
@@ -111,8 +113,11 @@ pub trait Model: Sized + Send + Sync + 'static {
     const INERTIAL: bool = false;
     /// Its outputs have jumps or corners, and its discrete state says which smooth piece holds. Within a step the piece stays, also
     /// beyond its end; a guard ends the step there and `fired` changes the piece. [`Model::mode`] gives the piece at rows and
-    /// events. Where its outputs change at rows and events only ([`Clock::sampled`]) its guards are not watched, and `direct` follows the levels.
+    /// events. Where its outputs change at rows and events only ([`Clock::sampled`]) its guards are not watched, and `mode` alone gives the piece.
     const MODES: bool = false;
+    /// It pushes shorter than a step may be. Where [`Clock::span`] gives a step of a fixed method, its outputs are averages over
+    /// that step, so that the step has the whole impulse. Adaptive methods follow the outputs themselves.
+    const AVERAGES: bool = false;
     /// Parameters; constant during a run.
     type Params: Params;
     /// Inputs that outputs do not see at once.
@@ -357,7 +362,7 @@ impl Description {
         Description {
             name: M::NAME.into(),
             doc: M::DOC.into(),
-            functions: Functions { modes: M::MODES, ..M::FUNCTIONS },
+            functions: Functions { modes: M::MODES, averages: M::AVERAGES, ..M::FUNCTIONS },
             params: M::Params::specs(),
             inputs: M::U::specs(),
             direct_inputs: M::Ud::specs(),

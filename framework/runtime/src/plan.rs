@@ -79,8 +79,10 @@ pub struct Plan {
     pub guard_ops: Vec<u32>,
     /// Whether a guard may reach zero between rows: else they are looked at at rows and events only.
     pub located: bool,
-    /// For each part whether it has modes ([`crate::Model::MODES`]) that are watched; empty when none has.
+    /// For each part whether it has modes ([`crate::Model::MODES`]); empty when none has.
     pub moded: Vec<bool>,
+    /// Whether a part gives averages over a step of a fixed method ([`crate::Model::AVERAGES`]).
+    pub averages: bool,
     /// How many conditions the run watches.
     pub watches: u32,
     /// Source lanes of the reductions.
@@ -298,6 +300,8 @@ pub enum Place {
     Signal(u32),
     /// A variable of a program with several phases: each has it in another lane, or not at all.
     Channel(u32),
+    /// When a phase of the program began last (s); NaN before it has begun.
+    Phase(u32),
 }
 
 /// What a variable is.

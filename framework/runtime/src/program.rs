@@ -5,7 +5,8 @@ use crate::compile::{WatchedSpec, WhenSpec, Within, common_tick, compile_phase};
 use crate::condition::Condition;
 use crate::identity::Identity;
 use crate::noise;
-use crate::plan::{Fires, Place, Plan, Variable};
+use crate::plan::{Fires, Place, Plan, Role, Variable};
+use crate::ports::PortKind;
 use crate::services::Files;
 use crate::spec::Spec;
 use crate::step::Route;
@@ -70,6 +71,9 @@ pub struct Phase {
     pub plan: Arc<Plan>,
 }
 
+/// Where the times of phases are: `Phases.<phase>` is when it began last (s).
+const PHASES: &str = "Phases";
+
 impl Program {
     /// Hash over all plans.
     pub fn hash(&self) -> u64 {
@@ -128,7 +132,7 @@ fn channels(phases: &[(String, Plan)]) -> (BTreeMap<String, Variable>, Vec<Vec<O
             Place::Signal(k) => (0, k),
             Place::X(k) => (1, k),
             Place::D(k) => (2, k),
-            Place::Channel(k) => (3, k),
+            Place::Channel(k) | Place::Phase(k) => (3, k),
         });
         for (path, v) in lanes {
             if !variables.contains_key(path) {
@@ -137,7 +141,31 @@ fn channels(phases: &[(String, Plan)]) -> (BTreeMap<String, Variable>, Vec<Vec<O
             }
         }
     }
+    let mut times = Vec::new();
+    for (phase, (name, _)) in (0..).zip(phases) {
+        let path = format!("{PHASES}.{name}");
+        if variables.contains_key(&path) {
+            continue;
+        }
+        times.push((variables.len(), phase));
+        let place = Place::Channel(variables.len() as u32);
+        let doc = "Time at which this phase began last; none before it has begun.";
+        let began = Variable {
+            place,
+            role: Role::Output,
+            unit: "s".into(),
+            doc: doc.into(),
+            kind: PortKind::Numbers,
+            part: PHASES.into(),
+        };
+        variables.insert(path, began);
+    }
     let mut table = vec![vec![None; variables.len()]; phases.len()];
+    for row in &mut table {
+        for &(channel, phase) in &times {
+            row[channel] = Some(Place::Phase(phase));
+        }
+    }
     for (row, (_, plan)) in table.iter_mut().zip(phases) {
         for (path, v) in &*plan.lanes {
             if let Some(Place::Channel(k)) = variables.get(path).map(|v| v.place) {
@@ -209,7 +237,7 @@ fn unreadable(phases: &[PhaseSpec], compiled: &[(String, Plan)]) -> Vec<Fault> {
     for watch in phases.first().iter().flat_map(|p| &p.watches) {
         let read = Condition::parse(&watch.when, &variables);
         let said = match read {
-            Err(e) => Some((e.to_string(), e.help)),
+            Err(e) => Some((e.message, e.help)),
             Ok(when) if !when.timed() && when.places().next().is_none() => Some((
                 format!("condition `{}`: nothing in it ever changes", watch.when),
                 "test a state, an output that varies, or `time`".to_string(),

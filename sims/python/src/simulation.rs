@@ -322,6 +322,20 @@ impl Simulation {
     fn step(slf: &Bound<'_, Self>, n: u64) -> PyResult<()> {
         Self::advance(slf, Goal { steps: Some(n), ..Goal::default() })
     }
+    /// Advances to the next row or event, and returns which: "row" or "event".
+    ///
+    /// Events of one instant come one at a time. Between two rows the state is that of the event, and `time` is its instant.
+    /// Raises LinkworkError when a state is no number any more, and inside a function of `at` or `every`.
+    ///
+    /// >>> ball = linkwork.Simulation("sims/bouncing_ball")
+    /// >>> while ball.step_event() != "event": pass
+    /// >>> ball["Ball.impacts"]
+    /// 1.0
+    fn step_event(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Self::advance(slf, Goal { events: Some(1), ..Goal::default() })?;
+        let at_row = slf.get().with(slf.py(), |r| r.sim().state().since == 0.0)?;
+        Ok(if at_row { "row" } else { "event" })
+    }
     /// Runs to the first tick at or after t (s, or a text such as "2 min"). Cutting a run into
     /// pieces changes no bit of it. Raises LinkworkError when a state is no number any more.
     ///
@@ -347,7 +361,7 @@ impl Simulation {
                 "give until=.., write `until` in the file, or call run_until(t)",
             ));
         }
-        Self::advance(slf, Goal { until: this.until, stop_when: this.stop_when, steps: None })
+        Self::advance(slf, Goal { until: this.until, stop_when: this.stop_when, ..Goal::default() })
     }
 
     /// Calls `function(simulation)` rate times a second: at the first tick at or after each

@@ -3,7 +3,9 @@
 mod allocation;
 mod camera;
 mod campaigns;
+mod conditions;
 mod determinism;
+mod jumps;
 mod linear;
 mod masses;
 mod power;

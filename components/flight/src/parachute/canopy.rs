@@ -7,7 +7,7 @@
 //! ```
 //! A stage that is the only one and goes to 1 is a canopy without reefing. The instants at which it opens,
 //! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
-//! rises through ½ when there is none; once open it stays so, a second command does nothing, which a run tells.
+//! is at ½ or above when there is none; once open it stays so, a second command does nothing, which a run tells.
 //! Above the last Mach number of `efficiency`, `outside` says what happens: the value there, or an end of the run; below the first it is as slow as there.
 //! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, V at its beginning.
 //! ρ̇ in ṁ_a is taken along the path over ±1 ms.
@@ -44,7 +44,7 @@ pub struct CanopyParams {
     /// What happens above the last of these Mach numbers: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
-    /// When it opens; unwritten: where the input `deploy` rises through ½.
+    /// When it opens; unwritten: where the input `deploy` is at ½ or above, also from the start.
     #[param(unit = "s")]
     pub start: Option<f64>,
     /// Share of the area before it opens.
@@ -85,7 +85,7 @@ pub struct CanopyIn {
     /// The canopy's node, in the middle of its drag.
     #[port(bind = "canopy")]
     pub canopy: NodeState,
-    /// Opens it where it rises through ½, unless `start` says when.
+    /// Opens it where it is at ½ or above, unless `start` says when.
     #[port("1", default = 0.0)]
     pub deploy: f64,
     /// Gust over the wind, W, as of `flight.gusts`.

@@ -23,7 +23,7 @@ pub struct SolidMotorParams {
     /// Area of the nozzle's exit, on which the ambient pressure acts.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub exit_area: f64,
-    /// When it is lit; unwritten: where the input `ignite` rises through ½.
+    /// When it is lit; unwritten: where the input `ignite` is at ½ or above, also from the start.
     #[param(unit = "s")]
     pub start: Option<f64>,
 }
@@ -34,7 +34,7 @@ pub struct MotorIn {
     /// The nozzle; z is against the jet.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
-    /// Lights it where it rises through ½, unless `start` says when.
+    /// Lights it where it is at ½ or above, unless `start` says when.
     #[port("1", default = 0.0)]
     pub ignite: f64,
     /// Ambient pressure.
@@ -87,6 +87,7 @@ pub struct SolidMotor {
 /// A solid rocket motor by its thrust curve.
 #[model("flight.solid_motor")]
 impl Model for SolidMotor {
+    const AVERAGES: bool = true;
     type Params = SolidMotorParams;
     type Ud = MotorIn;
     type Yd = MotorOut;
@@ -112,7 +113,10 @@ impl Model for SolidMotor {
             return MotorOut { load: Wrench::zero(), thrust: 0.0, flow: 0.0, burnt };
         }
         let since = (c.t - d.lit).max(0.0);
-        let vacuum = self.curve.at(since);
+        let vacuum = match c.span.map(|span| span.map(|t| (t - d.lit).max(0.0))) {
+            Some([a, b]) if b > a => (self.curve.integral(b) - self.curve.integral(a)) / (b - a),
+            _ => self.curve.at(since),
+        };
         let thrust = vacuum - u.pressure * p.exit_area;
         let force = u.nozzle.rotation * Vec3::z() * thrust;
         MotorOut {

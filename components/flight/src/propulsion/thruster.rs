@@ -158,6 +158,7 @@ impl Thruster {
 /// A thruster that is switched, with dead time and first-order ramps.
 #[model("flight.thruster")]
 impl Model for Thruster {
+    const AVERAGES: bool = true;
     type Params = ThrusterParams;
     type Ud = ThrusterIn;
     type Ym = Given;
@@ -180,7 +181,12 @@ impl Model for Thruster {
         Given { impulse: self.now(c.t, d).1, pulses: d.pulses }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Valve, u: &ThrusterIn) -> ThrusterOut {
-        let force = if u.supply { self.now(c.t, d).0 * self.p.thrust } else { 0.0 };
+        let force = match c.span {
+            _ if !u.supply => 0.0,
+            // Valve and supply change at events only, which end a step.
+            Some([a, b]) if b > a => (self.now(b, d).1 - self.now(a, d).1) / (b - a),
+            _ => self.now(c.t, d).0 * self.p.thrust,
+        };
         ThrusterOut {
             load: Wrench { moment: Vec3::zeros(), force: u.nozzle.rotation * Vec3::z() * force },
             force,

@@ -61,12 +61,12 @@ pub(super) fn guards(
     let mut lanes = Vec::new();
     for (k, part) in parts.iter().enumerate() {
         let d = part.prototype.description();
-        if d.guards.is_empty() || part.wiring.held {
-            continue;
-        }
         if d.functions.modes {
             watch.moded.resize(parts.len(), false);
             watch.moded[k] = true;
+        }
+        if d.guards.is_empty() || part.wiring.held {
+            continue;
         }
         watch.located = true;
         let first = watch.guards.len() as u32;
@@ -137,7 +137,7 @@ fn condition(
     let moves = |p: Place| match p {
         Place::X(_) | Place::D(_) => true,
         Place::Signal(lane) => !order.constant_lane(lane) || free(lane),
-        Place::Channel(_) => false,
+        Place::Channel(_) | Place::Phase(_) => false,
     };
     if !condition.timed() && !condition.places().any(moves) {
         let fact = format!("condition `{}`: nothing in it ever changes", when.when);

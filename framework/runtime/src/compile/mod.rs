@@ -151,6 +151,7 @@ pub(crate) fn compile_phase(
     let with = |test: &dyn Fn(&Part<'_>) -> bool| -> Vec<u32> {
         (0..parts.len() as u32).filter(|&k| test(&parts[k as usize])).collect()
     };
+    let averages = parts.iter().any(|p| p.prototype.description().functions.averages);
     let stored = with(&|p| p.prototype.stored());
     let steps = with(&|p| p.prototype.description().functions.steps);
     let positioned = with(&|p| !p.prototype.description().positions.is_empty());
@@ -183,6 +184,7 @@ pub(crate) fn compile_phase(
         guard_ops: watch.ops,
         located: watch.located,
         moded: watch.moded,
+        averages: integration.control.is_none() && averages,
         watches: within.watches.len() as u32,
         asked: settings::asked(&parts, &services),
         parts: parts

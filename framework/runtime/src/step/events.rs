@@ -290,6 +290,7 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Stage,
+            span: None,
             number: 0,
         };
         let Simulation { state, blocks, work, .. } = self;

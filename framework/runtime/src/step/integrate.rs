@@ -27,8 +27,8 @@ impl Simulation {
             let moved = self.advance(plan, gap - self.state.since);
             moved.map_err(|failure| self.failed(failure))?;
         }
-        // k₁ of the first step comes from the signals of this instant.
-        let mut known = true;
+        // k₁ of the first step comes from the signals of this instant, unless parts give averages over the step.
+        let mut known = !plan.averages;
         let mut steps = 0_u32;
         loop {
             let rest = gap - self.state.since;
@@ -117,6 +117,7 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Tick,
+            span: plan.averages.then(|| [t, t + rest]),
             number: self.work.number,
         };
         if plan.derivs.is_empty() {
@@ -128,6 +129,8 @@ impl Simulation {
         let pins = pins.as_deref();
         let turns = !turning::of(plan).is_empty();
         let k1 = match known {
+            // The last step had other averages.
+            false if plan.averages => None,
             false => work.integrator.end_derivatives().map(|k| work.xdot.copy_from_slice(k)),
             true => {
                 let derived =
@@ -181,10 +184,17 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Tick,
+            span: plan.averages.then(|| [self.time(), self.time() + length]),
             number: self.work.number,
         };
-        let State { x, sig, pins, .. } = &mut self.state;
-        evaluate::advance(&mut self.blocks, plan, &now, length, (x, sig), pins.as_deref())
+        let State { x, d, sig, pins, .. } = &mut self.state;
+        let (blocks, pins) = (&mut self.blocks, pins.as_deref());
+        let averaged = match plan.averages {
+            true => evaluate::run_all(blocks, plan, &plan.stage_ops, &now, (x, d, sig), pins),
+            false => Ok(()),
+        };
+        averaged
+            .and_then(|()| evaluate::advance(blocks, plan, &now, length, (x, sig), pins))
             .map_err(Failure::System)?;
         self.work.number += 1;
         Ok(())
@@ -224,11 +234,13 @@ impl Simulation {
         theta: f64,
         purpose: Purpose,
     ) -> Result<(), Failure<Stopped>> {
+        let (t, part) = (self.time(), if purpose == Purpose::Look { 1.0 } else { theta });
         let now = Now {
-            t: self.time(),
+            t,
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Stage,
+            span: plan.averages.then(|| [t, t + part * h]),
             number: self.work.number,
         };
         let Simulation { state, blocks, work, .. } = self;
@@ -245,6 +257,8 @@ impl Simulation {
             // A step has a length: at its start the dense output is the state.
             if purpose == Purpose::Look || theta == 0.0 {
                 work.integrator.dense(&mut system)?.at(theta, &mut work.inside);
+            } else if plan.averages {
+                work.integrator.again_anew(&mut system, (now.t, theta * h), &mut work.inside)?;
             } else {
                 work.integrator.again(&mut system, (now.t, theta * h), &mut work.inside)?;
             }
@@ -270,7 +284,8 @@ impl Simulation {
             }
         }
         work.number += 1;
-        let now = Now { evaluation: Evaluation::Tick, number: work.number, ..now };
+        let span = plan.averages.then(|| [t - state.since + from, t - state.since + from + so_far]);
+        let now = Now { evaluation: Evaluation::Tick, span, number: work.number, ..now };
         let State { x, d, sig, pins, .. } = &mut work.before;
         let pins = pins.as_deref();
         evaluate::run_all(blocks, plan, &plan.continuous_ops, &now, (x, d, sig), pins)

@@ -266,7 +266,8 @@ impl Simulation {
     fn next(&mut self, evaluation: Evaluation) -> Now {
         self.work.number += 1;
         let (t, tick) = (self.time(), self.state.tick);
-        Now { t, dt: self.plan.step.seconds(), tick, evaluation, number: self.work.number }
+        let (dt, number) = (self.plan.step.seconds(), self.work.number);
+        Now { t, dt, tick, evaluation, span: None, number }
     }
 
     /// The plan of the present phase.
@@ -573,6 +574,10 @@ impl Simulation {
                 let place = self.program.channels[self.state.phase as usize][k as usize];
                 place.map_or(f64::NAN, |place| self.value(place))
             }
+            Place::Phase(k) => match self.state.entered.get(k as usize) {
+                Some(t) if t.is_finite() => *t,
+                _ => f64::NAN,
+            },
         }
     }
 
@@ -589,6 +594,15 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::variable`].
     pub fn get(&self, path: &str) -> Result<f64, VariableError> {
+        let known = self.variable(path)?;
+        let value = self.value(known.place);
+        let of_phases = |k: u32| {
+            let place = self.program.channels[self.state.phase as usize][k as usize];
+            matches!(place, Some(Place::Phase(_)))
+        };
+        if matches!(known.place, Place::Channel(k) if of_phases(k)) {
+            return Ok(value);
+        }
         Ok(self.value(self.here(path)?.place))
     }
 
@@ -648,7 +662,7 @@ impl Simulation {
                 Place::X(k) => self.state.x[k as usize] = before,
                 Place::D(k) => self.state.d[k as usize] = before,
                 Place::Signal(k) => self.state.sig[k as usize] = before,
-                Place::Channel(_) => {}
+                Place::Channel(_) | Place::Phase(_) => {}
             }
             let _ = self.refresh();
             VariableError { message: e.message, help: e.help.unwrap_or_default() }

@@ -217,6 +217,7 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: state.tick,
             evaluation: Evaluation::Tick,
+            span: None,
             number: work.number,
         };
         plan.fields.iter().for_each(|field| show(&mut blocks, field));

@@ -115,6 +115,7 @@ fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
         dt: plan.step.seconds(),
         tick: state.tick,
         evaluation: Evaluation::Tick,
+        span: None,
         number: 1,
     };
     let all: Vec<u32> = (0..plan.ops.len() as u32).collect();
