@@ -70,7 +70,7 @@ impl Model for Watched {
     fn guards(&self, _: &Clock, x: &X) -> Far {
         Far { far: 1e6 - x.x }
     }
-    fn fired(&self, _: &Clock, _: usize, x: &X) -> (X, ()) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &X) -> (X, ()) {
         (*x, ())
     }
 }

@@ -83,7 +83,8 @@ fn figured(
     let program = finish(loaded, catalogue)?;
     let settings = settings.ok_or("no settings")?;
     let prepared = prepare(&program.phases[0].plan, &settings).map_err(|f| format!("{f:?}"))?;
-    let mut goal = Goal { until: settings.until, steps: None, stop_when: prepared.stop_when };
+    let (until, stop_when) = (settings.until, prepared.stop_when);
+    let mut goal = Goal { until, stop_when, ..Goal::default() };
     let sim = Simulation::of(Arc::new(program));
     let mut runner = Runner::new(sim, Unwatched);
     runner.figure(prepared.figures, None)?;

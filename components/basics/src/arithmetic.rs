@@ -3,6 +3,8 @@
 //! gain y = k u + c     sum y = Σ u     product y = a b     quotient y = a/b     saturation y = min(max(u, lower), upper)
 //! lookup y = table(u), straight between rows, constant beyond     comparator y = a > b + threshold
 //! ```
+//! Jumps and corners (the limits of a saturation, the rows of a table, the threshold of a comparator) are events: every
+//! integrator ends a step there and begins a new one behind it. Within a step an output stays on its smooth piece.
 
 use crate::ports::{Input, Inputs, Output, Pair, Truth};
 use linkwork_runtime::prelude::*;
@@ -79,6 +81,40 @@ pub struct QuotientParams {
     pub least: f64,
 }
 
+/// Which smooth piece of an output holds.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Piece {
+    /// Its number; 0 at the start.
+    #[port("1")]
+    pub piece: f64,
+}
+
+impl Piece {
+    fn new(piece: f64) -> Piece {
+        Piece { piece }
+    }
+}
+
+/// The ends of a piece.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Ends {
+    /// Beyond the upper end where it is above zero.
+    #[port("*")]
+    pub upper: f64,
+    /// Beyond the lower end where it is above zero.
+    #[port("*")]
+    pub lower: f64,
+}
+
+/// Guards by their places in [`Ends`].
+const UPPER: usize = 0;
+const LOWER: usize = 1;
+
+/// Whether a number is at an edge but for round-off.
+fn at_edge(x: f64, edge: f64) -> bool {
+    (x - edge).abs() <= 1e-9 * (x.abs() + edge.abs())
+}
+
 /// A quotient.
 pub struct Quotient {
     p: QuotientParams,
@@ -87,12 +123,33 @@ pub struct Quotient {
 /// Quotient of two inputs: y = a/b; 0 where |b| is below its least value.
 #[model("basics.quotient")]
 impl Model for Quotient {
+    const MODES: bool = true;
     type Params = QuotientParams;
     type Ud = Pair;
     type Yd = Output;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Pair) -> Output {
-        let none = u.b == 0.0 || u.b.abs() < self.p.least;
-        Output { y: if none { 0.0 } else { u.a / u.b } }
+    type D = Piece;
+    type G = Ends;
+    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Pair) -> Output {
+        let least = self.p.least;
+        let none = if least == 0.0 { u.b == 0.0 } else { d.piece < 0.5 };
+        // Within a step the piece stays, and its divisor does not come nearer to zero.
+        let b = if u.b.abs() < least { least.copysign(u.b) } else { u.b };
+        Output { y: if none { 0.0 } else { u.a / b } }
+    }
+    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Pair) -> Piece {
+        let there = u.b.abs() >= self.p.least;
+        if !c.sampled && at_edge(u.b.abs(), self.p.least) && d.piece > 0.5 {
+            *d
+        } else {
+            Piece::new(f64::from(u8::from(there)))
+        }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Pair) -> Ends {
+        let none = self.p.least == 0.0;
+        Ends { upper: -1.0, lower: if none { -1.0 } else { self.p.least - u.b.abs() } }
+    }
+    fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Piece) {
+        ((), Piece::new(f64::from(u8::from(which.fell(LOWER)))))
     }
 }
 
@@ -113,6 +170,9 @@ pub struct Saturation {
 /// Limits its input between two values.
 #[model("basics.saturation")]
 impl Model for Saturation {
+    const MODES: bool = true;
+    type D = Piece;
+    type G = Ends;
     type Params = SaturationParams;
     type Ud = Input;
     type Yd = Output;
@@ -122,8 +182,40 @@ impl Model for Saturation {
         }
         Ok(Saturation { p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Input) -> Output {
-        Output { y: u.u.clamp(self.p.lower, self.p.upper) }
+    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Input) -> Output {
+        let (lower, upper) = (self.p.lower, self.p.upper);
+        let y = match () {
+            () if d.piece > 0.5 => upper,
+            () if d.piece < -0.5 => lower,
+            () => u.u,
+        };
+        Output { y }
+    }
+    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Input) -> Piece {
+        let (lower, upper) = (self.p.lower, self.p.upper);
+        let level = f64::from(u8::from(u.u > upper)) - f64::from(u8::from(u.u < lower));
+        // The output is continuous: at an edge both pieces are right.
+        let edge = !c.sampled && (at_edge(u.u, upper) || at_edge(u.u, lower));
+        let near = (level - d.piece).abs() < 1.5 && lower < upper;
+        if edge && near { *d } else { Piece::new(level) }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Input) -> Ends {
+        // A limit that is infinite is no edge.
+        let or = |x: f64| if x.is_finite() { x } else { -1.0 };
+        Ends { upper: or(u.u - self.p.upper), lower: or(self.p.lower - u.u) }
+    }
+    fn fired(
+        &self,
+        _: &Clock,
+        which: Fired<'_>,
+        _: &(),
+        _: &Piece,
+        _: &(),
+        u: &Input,
+    ) -> ((), Piece) {
+        let above = which.rose(UPPER) || (u.u > self.p.upper && !which.fell(UPPER));
+        let below = which.rose(LOWER) || (u.u < self.p.lower && !which.fell(LOWER));
+        ((), Piece::new(f64::from(u8::from(above)) - f64::from(u8::from(below))))
     }
 }
 
@@ -139,9 +231,19 @@ pub struct Lookup {
     p: LookupParams,
 }
 
+impl Lookup {
+    /// Rows at or below a number: the piece that begins there.
+    fn level(&self, u: f64) -> usize {
+        self.p.table.partition_point(|r| r[0] <= u)
+    }
+}
+
 /// Table of (u, y), straight between rows and constant beyond its ends.
 #[model("basics.lookup")]
 impl Model for Lookup {
+    const MODES: bool = true;
+    type D = Piece;
+    type G = Ends;
     type Params = LookupParams;
     type Ud = Input;
     type Yd = Output;
@@ -151,9 +253,9 @@ impl Model for Lookup {
         }
         Ok(Lookup { p })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Input) -> Output {
+    fn direct(&self, _: &Clock, _: &(), d: &Piece, u: &Input) -> Output {
         let t = &self.p.table;
-        let i = t.partition_point(|r| r[0] <= u.u);
+        let i = (d.piece as usize).min(t.len());
         let y = if i == 0 {
             t[0][1]
         } else if i == t.len() {
@@ -163,6 +265,37 @@ impl Model for Lookup {
             a[1] + (u.u - a[0]) / (b[0] - a[0]) * (b[1] - a[1])
         };
         Output { y }
+    }
+    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Input) -> Piece {
+        let (t, level, was) = (&self.p.table, self.level(u.u), d.piece as usize);
+        // The output is continuous: at a row both pieces are right.
+        let at = |row: usize| t.get(row).is_some_and(|r| at_edge(u.u, r[0]));
+        let near = (was + 1 == level && at(was)) || (level + 1 == was && at(level));
+        Piece::new(if near && !c.sampled { was } else { level } as f64)
+    }
+    fn guards(&self, _: &Clock, _: &(), d: &Piece, _: &(), u: &Input) -> Ends {
+        let (t, k) = (&self.p.table, d.piece as usize);
+        Ends {
+            upper: t.get(k).map_or(-1.0, |r| u.u - r[0]),
+            lower: if k == 0 { -1.0 } else { t.get(k - 1).map_or(-1.0, |r| r[0] - u.u) },
+        }
+    }
+    fn fired(
+        &self,
+        _: &Clock,
+        which: Fired<'_>,
+        _: &(),
+        d: &Piece,
+        _: &(),
+        u: &Input,
+    ) -> ((), Piece) {
+        let (level, was) = (self.level(u.u), d.piece as usize);
+        let piece = match () {
+            () if which.rose(UPPER) => level.max(was + 1),
+            () if which.rose(LOWER) => level.min(was.saturating_sub(1)),
+            () => level,
+        };
+        ((), Piece::new(piece as f64))
     }
 }
 
@@ -179,14 +312,28 @@ pub struct Comparator {
     p: ComparatorParams,
 }
 
-/// True when a exceeds b by more than the threshold.
+/// True when a exceeds b by more than the threshold. In a feedback use `basics.relay`, which has two thresholds.
 #[model("basics.comparator")]
 impl Model for Comparator {
+    const MODES: bool = true;
     type Params = ComparatorParams;
     type Ud = Pair;
     type Yd = Truth;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &Pair) -> Truth {
-        Truth { y: u.a > u.b + self.p.threshold }
+    type D = Piece;
+    type G = Ends;
+    fn direct(&self, _: &Clock, _: &(), d: &Piece, _: &Pair) -> Truth {
+        Truth { y: d.piece > 0.5 }
+    }
+    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Pair) -> Piece {
+        let edge = u.b + self.p.threshold;
+        let stays = !c.sampled && d.piece > 0.5 && at_edge(u.a, edge);
+        Piece::new(f64::from(u8::from(u.a > edge || stays)))
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Pair) -> Ends {
+        Ends { upper: u.a - u.b - self.p.threshold, lower: -1.0 }
+    }
+    fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Piece) {
+        ((), Piece::new(f64::from(u8::from(which.rose(UPPER)))))
     }
 }
 
@@ -198,6 +345,15 @@ mod tests {
         Clock::at(0.0, 0.1, 0)
     }
 
+    /// The output where the piece follows from the input, as at a row.
+    fn y<M>(m: &M, u: M::Ud) -> M::Yd
+    where
+        M: Model<X = (), D = Piece, Store = ()>,
+    {
+        let d = m.mode(&c(), &(), &Piece::new(0.0), &u, &());
+        m.direct(&c(), &(), &d, &u, &())
+    }
+
     #[test]
     fn algebra() {
         let g = Gain { p: GainParams { k: -2.0, offset: 1.0 } };
@@ -205,23 +361,31 @@ mod tests {
         assert_eq!(Sum {}.direct(&c(), &(), &(), &Inputs { u: 3.0 }, &()).y, 3.0);
         assert_eq!(Product {}.direct(&c(), &(), &(), &Pair { a: 3.0, b: 4.0 }, &()).y, 12.0);
         let q = Quotient { p: QuotientParams { least: 0.5 } };
-        let y = [4.0, -0.5, 0.4, 0.0].map(|b| q.direct(&c(), &(), &(), &Pair { a: 3.0, b }, &()).y);
-        assert_eq!(y, [0.75, -6.0, 0.0, 0.0]);
+        let of = [4.0, -0.5, 0.4, 0.0].map(|b| y(&q, Pair { a: 3.0, b }).y);
+        assert_eq!(of, [0.75, -6.0, 0.0, 0.0]);
         let s = Saturation::build(SaturationParams { lower: -1.0, upper: 2.0 }).unwrap();
-        let y = [-5.0, 0.5, 5.0].map(|u| s.direct(&c(), &(), &(), &Input { u }, &()).y);
-        assert_eq!(y, [-1.0, 0.5, 2.0]);
+        let of = [-5.0, 0.5, 5.0].map(|u| y(&s, Input { u }).y);
+        assert_eq!(of, [-1.0, 0.5, 2.0]);
         let k = Comparator { p: ComparatorParams { threshold: 0.5 } };
-        assert!(k.direct(&c(), &(), &(), &Pair { a: 2.0, b: 1.0 }, &()).y);
-        assert!(!k.direct(&c(), &(), &(), &Pair { a: 1.4, b: 1.0 }, &()).y);
+        assert!(y(&k, Pair { a: 2.0, b: 1.0 }).y);
+        assert!(!y(&k, Pair { a: 1.4, b: 1.0 }).y && !y(&k, Pair { a: 1.5, b: 1.0 }).y);
     }
 
     #[test]
     fn tables_are_straight_between_rows_and_refuse_disorder() {
         let t = Lookup::build(LookupParams { table: vec![[0.0, 1.0], [2.0, 5.0], [3.0, 0.0]] })
             .unwrap();
-        let y =
-            [-1.0, 0.0, 1.0, 2.0, 2.5, 9.0].map(|u| t.direct(&c(), &(), &(), &Input { u }, &()).y);
-        assert_eq!(y, [1.0, 1.0, 3.0, 5.0, 2.5, 0.0]);
+        let of = [-1.0, 0.0, 1.0, 2.0, 2.5, 9.0].map(|u| y(&t, Input { u }).y);
+        assert_eq!(of, [1.0, 1.0, 3.0, 5.0, 2.5, 0.0]);
+        // Within a step a piece continues beyond its row, and the guard is above zero there.
+        let (d, u) = (Piece::new(1.0), Input { u: 2.5 });
+        assert_eq!(t.direct(&c(), &(), &d, &u, &()).y, 6.0);
+        assert_eq!(t.guards(&c(), &(), &d, &(), &u, &()).upper, 0.5);
+        // At a row, but for round-off, the event decides.
+        let near = Input { u: 2.0 - 1e-13 };
+        assert_eq!(t.fired(&c(), Fired::rising(UPPER), &(), &d, &(), &near, &mut ()).1.piece, 2.0);
+        assert_eq!(t.mode(&c(), &(), &Piece::new(2.0), &near, &()).piece, 2.0);
+        assert_eq!(t.mode(&c(), &(), &Piece::new(2.0), &Input { u: 1.9 }, &()).piece, 1.0);
         assert!(Lookup::build(LookupParams { table: vec![[0.0, 1.0], [0.0, 2.0]] }).is_err());
         assert!(Saturation::build(SaturationParams { lower: 1.0, upper: 0.0 }).is_err());
     }

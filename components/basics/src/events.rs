@@ -1,9 +1,10 @@
 //! Models that change at events: a ball that bounces, a relay with hysteresis.
 //! ```text
-//! ball    ḣ = v, v̇ = −g;  where h falls through 0:  v⁺ = −e v⁻
-//! relay   1 when u rises through `on`, 0 when it falls through `off`, in between as it was
+//! ball    ḣ = v, v̇ = −g;  where h ≤ 0 and v ≤ 0:  v⁺ = −e v⁻
+//! relay   1 where u ≥ on, 0 where u ≤ off, in between as it was
 //! ```
-//! The instants are located on the dense output of the integrator, not at the next step.
+//! The instants are located on the dense output of the integrator, not at the next step. Both are levels: a ball that starts on
+//! the floor lies there, and a relay whose input starts above `on` is on.
 
 use crate::ports::{Input, Output};
 use linkwork_runtime::prelude::*;
@@ -104,7 +105,11 @@ impl Model for BouncingBall {
     fn guards(&self, _: &Clock, x: &Fall) -> Floor {
         Floor { gap: x.height }
     }
-    fn fired(&self, c: &Clock, _: usize, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
+    fn fired(&self, c: &Clock, _: Fired<'_>, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
+        // Thrown up from the floor.
+        if x.speed > 0.0 {
+            return (*x, *d);
+        }
         let speed = -self.p.restitution * x.speed;
         let rests = speed < self.p.speed_min;
         let after = Fall { height: 0.0, speed: if rests { 0.0 } else { speed } };
@@ -115,9 +120,9 @@ impl Model for BouncingBall {
 /// Two thresholds.
 #[derive(Params, Clone, Debug)]
 pub struct RelayParams {
-    /// Switches on where the input rises through this.
+    /// On where the input is at this or above it.
     pub on: f64,
-    /// Switches off where the input falls through this.
+    /// Off where the input is at this or below it; both equal: on there.
     pub off: f64,
     /// On at the start.
     #[param(default = false)]
@@ -176,8 +181,8 @@ impl Model for Relay {
     fn guards(&self, _: &Clock, _: &(), _: &Switched, u: &Input) -> Thresholds {
         Thresholds { above_on: u.u - self.p.on, above_off: u.u - self.p.off }
     }
-    fn fired(&self, _: &Clock, which: usize, _: &(), _: &Switched) -> ((), Switched) {
-        ((), Switched { on: which == 0 })
+    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Switched) -> ((), Switched) {
+        ((), Switched { on: which.rose(0) || (d.on && !which.fell(1)) })
     }
 }
 
@@ -189,13 +194,14 @@ mod tests {
     fn an_impact_turns_the_speed_and_a_slow_one_stops_the_ball() {
         let p = BallParams { height: 1.0, restitution: 0.5, gravity: 9.8, speed_min: 1e-3 };
         let ball = BouncingBall { p };
-        let clock = Clock { t: 2.5, dt: 0.1, n: 0, key: 0 };
+        let clock = Clock { t: 2.5, dt: 0.1, n: 0, key: 0, sampled: false, span: None };
         let before = Impacts { impacts: 3.0, last_impact: 0.0, rests: false };
         let fall = |speed| Fall { height: -1e-13, speed };
-        let (x, d) = ball.fired(&clock, 0, &fall(-4.0), &before, &(), &(), &mut ());
+        let (x, d) = ball.fired(&clock, Fired::falling(0), &fall(-4.0), &before, &(), &(), &mut ());
         assert_eq!((x.height, x.speed), (0.0, 2.0));
         assert_eq!((d.impacts, d.last_impact, d.rests), (4.0, 2.5, false));
-        let (x, d) = ball.fired(&clock, 0, &fall(-1e-3), &before, &(), &(), &mut ());
+        let (x, d) =
+            ball.fired(&clock, Fired::falling(0), &fall(-1e-3), &before, &(), &(), &mut ());
         assert_eq!((x.speed, d.rests), (0.0, true));
     }
 

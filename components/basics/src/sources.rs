@@ -2,6 +2,7 @@
 //! ```text
 //! sine y = offset + A sin(2π f t + φ)     step y = before, then after from t₀ on     ramp y = start + slope (t − t₀)₊
 //! ```
+//! The jump of a step and the corner of a ramp are events: every integrator ends a step there and begins a new one behind it.
 
 use crate::ports::Output;
 use linkwork_runtime::prelude::*;
@@ -76,18 +77,61 @@ pub struct StepParams {
     pub after: f64,
 }
 
+/// Whether a source has passed its time.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Begun {
+    /// It is at its time or after it.
+    #[port]
+    pub begun: bool,
+}
+
+/// The time of a source.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Begins {
+    /// Time since then.
+    #[port("s", rising)]
+    pub since: f64,
+}
+
+/// Both times of a source agree but for round-off.
+const SAME: f64 = 1e-9;
+
+impl Begun {
+    /// At this instant. Just before `time` it stays begun, because an event at `time` is located to 1 ps.
+    fn at(self, c: &Clock, time: f64) -> Begun {
+        Begun { begun: c.t >= time || (self.begun && c.t > time - SAME) }
+    }
+    fn guard(self, c: &Clock, time: f64) -> Begins {
+        Begins { since: if self.begun { -1.0 } else { c.t - time } }
+    }
+}
+
 /// A step.
 pub struct Step {
     p: StepParams,
 }
 
-/// One value before a time, another from it on.
+/// One value before a time, another from it on; the jump is an event.
 #[model("basics.step")]
 impl Model for Step {
+    const MODES: bool = true;
     type Params = StepParams;
     type Yd = Output;
-    fn direct(&self, c: &Clock, _: &(), _: &(), _: &()) -> Output {
-        Output { y: if c.t < self.p.time { self.p.before } else { self.p.after } }
+    type D = Begun;
+    type G = Begins;
+    fn direct(&self, c: &Clock, _: &(), d: &Begun) -> Output {
+        // The clock is named, because the output changes with time: without it the output would count as constant.
+        let _ = c;
+        Output { y: if d.begun { self.p.after } else { self.p.before } }
+    }
+    fn mode(&self, c: &Clock, _: &(), d: &Begun) -> Begun {
+        d.at(c, self.p.time)
+    }
+    fn guards(&self, c: &Clock, _: &(), d: &Begun) -> Begins {
+        d.guard(c, self.p.time)
+    }
+    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Begun) {
+        ((), Begun { begun: true })
     }
 }
 
@@ -110,13 +154,27 @@ pub struct Ramp {
     p: RampParams,
 }
 
-/// Constant, then growing evenly.
+/// Constant, then growing evenly; the corner is an event.
 #[model("basics.ramp")]
 impl Model for Ramp {
+    const MODES: bool = true;
     type Params = RampParams;
     type Yd = Output;
-    fn direct(&self, c: &Clock, _: &(), _: &(), _: &()) -> Output {
-        Output { y: self.p.start + self.p.slope * (c.t - self.p.time).max(0.0) }
+    type D = Begun;
+    type G = Begins;
+    fn direct(&self, c: &Clock, _: &(), d: &Begun) -> Output {
+        let p = &self.p;
+        let grown = if d.begun { p.slope * (c.t - p.time) } else { 0.0 };
+        Output { y: p.start + grown }
+    }
+    fn mode(&self, c: &Clock, _: &(), d: &Begun) -> Begun {
+        d.at(c, self.p.time)
+    }
+    fn guards(&self, c: &Clock, _: &(), d: &Begun) -> Begins {
+        d.guard(c, self.p.time)
+    }
+    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Begun) {
+        ((), Begun { begun: true })
     }
 }
 
@@ -130,9 +188,17 @@ mod tests {
         let s = Sine { p: SineParams { amplitude: 2.0, frequency: 0.5, phase: 0.0, offset: 1.0 } };
         assert!((s.direct(&at(0.5), &(), &(), &(), &()).y - 3.0).abs() < 1e-12);
         let s = Step { p: StepParams { time: 1.0, before: -1.0, after: 4.0 } };
-        assert_eq!([0.9, 1.0].map(|t| s.direct(&at(t), &(), &(), &(), &()).y), [-1.0, 4.0]);
+        let mode = |t: f64, begun: bool| s.mode(&at(t), &(), &Begun { begun }, &(), &());
+        let y = |t: f64| s.direct(&at(t), &(), &mode(t, false), &(), &()).y;
+        assert_eq!([0.9, 1.0, 2.0].map(y), [-1.0, 4.0, 4.0]);
         let r = Ramp { p: RampParams { time: 1.0, start: 2.0, slope: 3.0 } };
-        assert_eq!([0.0, 3.0].map(|t| r.direct(&at(t), &(), &(), &(), &()).y), [2.0, 8.0]);
+        let y = |t: f64| r.direct(&at(t), &(), &mode(t, false), &(), &()).y;
+        assert_eq!([0.0, 3.0].map(y), [2.0, 8.0]);
+        // Within a step the piece stays; an event that is located early by round-off stays behind it.
+        let before = Begun { begun: false };
+        assert_eq!(s.direct(&at(1.4), &(), &before, &(), &()).y, -1.0);
+        assert!(mode(1.0 - 1e-12, true).begun && !mode(1.0 - 1e-12, false).begun);
+        assert_eq!(s.guards(&at(0.75), &(), &before, &(), &(), &()).since, -0.25);
         let k = Constant { p: ConstantParams { value: 7.0 } };
         assert_eq!(k.direct(&at(0.0), &(), &(), &(), &()).y, 7.0);
     }

@@ -131,9 +131,8 @@ impl Follower {
         let k = self.piece(c, d);
         let end = self.profile.ends(k).1;
         let rest = if end.is_finite() { end - c.t } else { 1.0 };
-        // Without a piece of its own yet: the sign changes at every row, and at one of the next two it rises.
-        let late = self.held(c, d).is_none() && k % 2 == 1;
-        NextRow { since_row: if late { rest } else { -rest } }
+        // A part that comes into a run later than its piece takes the present one at once.
+        NextRow { since_row: if self.held(c, d).is_none() { 1.0 } else { -rest } }
     }
 
     fn passed(&self, c: &Clock, d: &Held) -> Held {
@@ -264,7 +263,7 @@ macro_rules! trajectory {
             fn guards(&self, c: &Clock, _: &(), d: &Held) -> NextRow {
                 self.follower.next_row(c, d)
             }
-            fn fired(&self, c: &Clock, _: usize, _: &(), d: &Held) -> ((), Held) {
+            fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Held) -> ((), Held) {
                 ((), self.follower.passed(c, d))
             }
             fn remarks(&self, c: &Clock, _: &(), d: &Held, _: &(), u: &$in) -> Vec<BuildError> {

@@ -10,7 +10,7 @@
 
 use crate::plan_settings::Settings;
 use linkwork_runtime::prelude::*;
-use linkwork_runtime::{Condition, Place, Role, Unit, Variable};
+use linkwork_runtime::{Condition, Place, Role, Times, Unit, Variable};
 use std::collections::BTreeMap;
 
 /// A number or truth value that conditions read.
@@ -134,7 +134,7 @@ const OUTPUTS: [(&str, bool, &str, &str); 7] = [
 ];
 
 /// Names that mean something else in a condition.
-const WORDS: [&str; 5] = ["time", "elapsed", "and", "or", "abs"];
+const WORDS: [&str; 7] = ["time", "phase_time", "elapsed", "and", "or", "not", "abs"];
 
 /// Times closer than this are one, s: sums of sample periods.
 const SAME: f64 = 1e-6;
@@ -281,7 +281,8 @@ impl Plan {
             Place::Signal(lane) => u.get(lane as usize).copied().unwrap_or(elapsed),
             _ => f64::NAN,
         };
-        let holds = |c: &Option<Condition>| c.as_ref().is_none_or(|c| c.of(t, value) > 0.0);
+        let times = Times { time: t, phase: elapsed };
+        let holds = |c: &Option<Condition>| c.as_ref().is_none_or(|c| c.holds(times, value));
         let failed = if d[BEGUN] == 0.0 {
             if holds(&compiled.when) {
                 (d[SINCE], d[BEGUN]) = (t, 1.0);

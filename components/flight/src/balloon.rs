@@ -255,7 +255,7 @@ impl Model for Balloon {
     fn guards(&self, c: &Clock, x: &Gas, _: &(), _: &(), u: &BalloonIn) -> Fullness {
         Fullness { over: self.now(c, x, u).free - self.p.volume }
     }
-    fn fired(&self, _: &Clock, _: usize, x: &Gas) -> (Gas, ()) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Gas) -> (Gas, ()) {
         (*x, ())
     }
 }

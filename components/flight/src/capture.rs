@@ -218,17 +218,8 @@ impl Model for Capture {
     fn guards(&self, _: &Clock, _: &Taken, d: &Latches, _: &(), u: &CaptureIn) -> CaptureEdge {
         CaptureEdge { within: if d.caught { -1.0 } else { self.within(&relative(u)) } }
     }
-    fn fired(&self, _: &Clock, _: usize, x: &Taken, _: &Latches) -> (Taken, Latches) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Taken, _: &Latches) -> (Taken, Latches) {
         (*x, Latches { caught: true })
-    }
-    fn remarks(&self, _: &Clock, _: &Taken, d: &Latches, _: &(), u: &CaptureIn) -> Vec<BuildError> {
-        let inside = !d.caught && self.within(&relative(u)) >= 0.0;
-        let told = inside.then(|| {
-            BuildError::new("the ports begin within the limits of the capture: the latches catch what comes in, and this is in already")
-                .help("begin outside `radius`, or lock the two by a hinge")
-                .at("radius")
-        });
-        told.into_iter().collect()
     }
 }
 
@@ -320,7 +311,7 @@ mod tests {
         for u in [far, fast, turned, spun] {
             assert!(within(&u) < 0.0);
         }
-        assert!(m.fired(&c, 0, &x, &d, &(), &ports(), &mut ()).1.caught);
+        assert!(m.fired(&c, Fired::rising(0), &x, &d, &(), &ports(), &mut ()).1.caught);
         let told = m.remarks(&c, &x, &d, &(), &ports(), &());
         assert!(told[0].message.contains("begin within"), "{told:?}");
         let p = CaptureParams { damping: Vec3::new(1.0, -1.0, 0.0), ..params() };

@@ -1,6 +1,7 @@
 //! `flight.engine`: thrust of a rocket engine, its mass flow, and what the flow does to a turning vehicle.
 //! ```text
 //! T = max(0, c T_vac − p A_e)  (c: throttle, 0 … 1)        ṁ = c T_vac/(I_sp g₀)        g₀ = 9.80665 m/s²
+//! c < c_min: it goes out where c < 0.98 c_min, burns at c_min until then, and burns again from c_min on
 //! F = T R_x(δ_x) R_y(δ_y) z at the nozzle (node z: against the jet; δ: gimbal, cut off at δ_max)
 //! flow from the surface of the propellant to the nozzle, along L: F_c = −2 ṁ ω × L in the middle of L
 //! ```
@@ -35,7 +36,8 @@ pub struct EngineParams {
     /// Way of the propellant from its surface to the nozzle, nozzle axes; zero: no jet damping.
     #[param(unit = "m", default = Vec3::zeros())]
     pub flow_path: Vec3,
-    /// Throttle below which it does not burn.
+    /// Throttle from which it burns. It goes out at 0.98 of it, and burns at this throttle until then: a controller that asks for
+    /// less than that does not switch it without end.
     #[param(unit = "1", default = 0.0, range = 0.0..=1.0)]
     pub throttle_min: f64,
     /// Greatest angle δ_max of the gimbal about each of its axes.
@@ -80,6 +82,28 @@ pub struct EngineOut {
     pub thrust: f64,
 }
 
+/// Whether it burns.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Burning {
+    /// The throttle is at its least or above, or has not gone out since.
+    #[port]
+    pub burns: bool,
+}
+
+/// The least throttle.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct LeastThrottle {
+    /// Throttle over that from which it burns.
+    #[port("1", rising)]
+    pub lights: f64,
+    /// How far the throttle is below that at which it goes out.
+    #[port("1", rising)]
+    pub goes_out: f64,
+}
+
+/// Share of the least throttle at which it goes out.
+const OUT: f64 = 0.98;
+
 /// An angle within ± `most`; NaN stays.
 fn cut(angle: f64, most: f64) -> f64 {
     angle.clamp(-most, most)
@@ -93,13 +117,33 @@ pub struct Engine {
 /// A rocket engine: thrust, mass flow, jet damping.
 #[model("flight.engine")]
 impl Model for Engine {
+    const MODES: bool = true;
     type Params = EngineParams;
+    type D = Burning;
+    type G = LeastThrottle;
     type Ud = EngineIn;
     type Yd = EngineOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &EngineIn) -> EngineOut {
+    fn mode(&self, _: &Clock, _: &(), d: &Burning, u: &EngineIn) -> Burning {
+        let least = self.p.throttle_min;
+        Burning { burns: u.throttle >= least || (d.burns && u.throttle > OUT * least) }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Burning, _: &(), u: &EngineIn) -> LeastThrottle {
+        let least = self.p.throttle_min;
+        if least == 0.0 {
+            return LeastThrottle { lights: -1.0, goes_out: -1.0 };
+        }
+        LeastThrottle { lights: u.throttle - least, goes_out: OUT * least - u.throttle }
+    }
+    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Burning) -> ((), Burning) {
+        ((), Burning { burns: which.rose(0) || (d.burns && !which.rose(1)) })
+    }
+    fn direct(&self, _: &Clock, _: &(), d: &Burning, u: &EngineIn) -> EngineOut {
         let p = &self.p;
         let throttle = u.throttle.clamp(0.0, 1.0);
-        if !u.supply || throttle <= 0.0 || throttle < p.throttle_min {
+        let off = p.throttle_min == 0.0 && throttle <= 0.0;
+        // Within a step it burns on, at its least.
+        let throttle = throttle.max(p.throttle_min);
+        if !u.supply || off || (p.throttle_min > 0.0 && !d.burns) {
             return EngineOut { load: Wrench::zero(), flow: 0.0, thrust: 0.0 };
         }
         let thrust = nozzle_thrust(throttle * p.thrust, u.pressure, p.exit_area);
@@ -156,7 +200,11 @@ mod tests {
     fn at(throttle: f64, supply: bool, pressure: f64, angular: Vec3) -> EngineOut {
         let nozzle = NodeState { angular, ..NodeState::identity() };
         let u = EngineIn { nozzle, throttle, supply, pressure, gimbal_x: 0.0, gimbal_y: 0.0 };
-        engine().direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &())
+        {
+            let (m, c) = (engine(), Clock::at(0.0, 0.01, 0));
+            let d = m.mode(&c, &(), &Burning { burns: false }, &u, &());
+            m.direct(&c, &(), &d, &u, &())
+        }
     }
 
     #[test]
@@ -178,7 +226,11 @@ mod tests {
         let force = |gimbal_x: f64, gimbal_y: f64| {
             let u =
                 EngineIn { nozzle, throttle: 1.0, supply: true, pressure: 0.0, gimbal_x, gimbal_y };
-            engine().direct(&Clock::at(0.0, 0.01, 0), &(), &(), &u, &()).load.force
+            {
+            let (m, c) = (engine(), Clock::at(0.0, 0.01, 0));
+            let d = m.mode(&c, &(), &Burning { burns: false }, &u, &());
+            m.direct(&c, &(), &d, &u, &())
+        }.load.force
         };
         let turn = |x: f64, y: f64| {
             let q = Quat::from_scaled_axis(Vec3::x() * x) * Quat::from_scaled_axis(Vec3::y() * y);

@@ -114,7 +114,7 @@ impl Model for KickoffSpring {
         });
         gone.into_iter().collect()
     }
-    fn fired(&self, _: &Clock, _: usize, _: &(), _: &LetGo) -> ((), LetGo) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), _: &LetGo) -> ((), LetGo) {
         ((), LetGo { over: true })
     }
 }

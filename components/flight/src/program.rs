@@ -99,7 +99,7 @@ impl Model for Sequence {
     fn guards(&self, c: &Clock, _: &(), d: &Passed) -> NextRow {
         self.times.since(c, d)
     }
-    fn fired(&self, c: &Clock, _: usize, _: &(), d: &Passed) -> ((), Passed) {
+    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Passed) -> ((), Passed) {
         ((), self.times.pass(c, d))
     }
 }
@@ -167,7 +167,7 @@ impl Model for BodyLoad {
     fn guards(&self, c: &Clock, _: &(), d: &Passed) -> NextRow {
         self.times.since(c, d)
     }
-    fn fired(&self, c: &Clock, _: usize, _: &(), d: &Passed) -> ((), Passed) {
+    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Passed) -> ((), Passed) {
         ((), self.times.pass(c, d))
     }
 }
@@ -190,9 +190,9 @@ mod tests {
         assert_eq!((y(-1.0, &d), y(1.9, &d)), (1.0, 1.0));
         assert!((m.guards(&at(1.5), &(), &d, &(), &(), &()).since + 0.5).abs() < 1e-15);
         // The event is located to 1 ps on either side.
-        d = m.fired(&at(2.0 - 1e-12), 0, &(), &d, &(), &(), &mut ()).1;
+        d = m.fired(&at(2.0 - 1e-12), Fired::rising(0), &(), &d, &(), &(), &mut ()).1;
         assert_eq!((d.rows, y(2.0 - 1e-12, &d), y(2.2, &d)), (1.0, -3.0, -3.0));
-        d = m.fired(&at(2.5), 0, &(), &d, &(), &(), &mut ()).1;
+        d = m.fired(&at(2.5), Fired::rising(0), &(), &d, &(), &(), &mut ()).1;
         assert_eq!(y(9.0, &d), 7.0);
         assert_eq!(m.guards(&at(9.0), &(), &d, &(), &(), &()).since, -1.0);
         // A part of a later phase begins in the middle.

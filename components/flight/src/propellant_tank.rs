@@ -166,7 +166,7 @@ impl Model for PropellantTank {
     fn guards(&self, _: &Clock, x: &Content) -> Bottom {
         Bottom { left: x.mass }
     }
-    fn fired(&self, _: &Clock, _: usize, _: &Content, _: &Dry) -> (Content, Dry) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, _: &Content, _: &Dry) -> (Content, Dry) {
         (Content { mass: 0.0 }, Dry { dry: true })
     }
 }
@@ -231,7 +231,7 @@ mod tests {
         let c = Clock::at(0.0, 0.01, 0);
         let (x, d) = tank.fired(
             &c,
-            0,
+            Fired::falling(0),
             &Content { mass: -1e-15 },
             &Dry { dry: false },
             &Drawn { flow: 0.0 },

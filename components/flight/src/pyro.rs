@@ -32,7 +32,7 @@ pub struct PyroParams {
     /// Scatter of the delay: only later.
     #[param(unit = "s", default = 0.0, range = 0.0..)]
     pub delay_sigma: f64,
-    /// When it has its command, after it is there (0: as its phase begins); unwritten: where `fire` rises through ½.
+    /// When it has its command, after it is there (0: as its phase begins); unwritten: where `fire` is at ½ or above, also from the start.
     #[param(unit = "s", range = 0.0..)]
     pub after: Option<f64>,
 }
@@ -46,7 +46,7 @@ pub struct PyroIn {
     /// The node that is pushed.
     #[port(bind = "b")]
     pub b: NodeState,
-    /// Fires it where it rises through ½, unless `after` says when.
+    /// Fires it where it is at ½ or above, unless `after` says when.
     #[port("1", default = 0.0)]
     pub fire: f64,
 }
@@ -101,11 +101,9 @@ pub struct NextStage {
     pub command: f64,
 }
 
-/// Place of that command among the guards.
+/// Guards by their places in [`NextStage`].
+const STAGE: usize = 0;
 const COMMAND: usize = 1;
-
-/// A guard that begins on its zero is not seen to rise: a command at once comes so much later, s.
-const AT_ONCE: f64 = 1e-9;
 
 /// A pyrotechnic device.
 pub struct Pyro {
@@ -115,6 +113,7 @@ pub struct Pyro {
 /// A pyrotechnic device that parts two bodies by an impulse, with scatter of its size and instant.
 #[model("flight.pyro")]
 impl Model for Pyro {
+    const AVERAGES: bool = true;
     type Params = PyroParams;
     type Ud = PyroIn;
     type Yd = PyroOut;
@@ -128,8 +127,12 @@ impl Model for Pyro {
     fn direct(&self, c: &Clock, _: &Waited, d: &Charge, u: &PyroIn) -> PyroOut {
         let tau = self.p.duration;
         let force = if d.stage == 2.0 {
-            let share = ((c.t - d.begins) / tau).clamp(0.0, 1.0);
-            0.5 * d.impulse * PI / tau * (PI * share).sin()
+            let share = |t: f64| ((t - d.begins) / tau).clamp(0.0, 1.0);
+            let given = |t: f64| -0.5 * d.impulse * (PI * share(t)).cos();
+            match c.span {
+                Some([a, b]) if b > a => (given(b) - given(a)) / (b - a),
+                _ => 0.5 * d.impulse * PI / tau * (PI * share(c.t)).sin(),
+            }
         } else {
             0.0
         };
@@ -147,16 +150,16 @@ impl Model for Pyro {
     }
     fn guards(&self, c: &Clock, x: &Waited, d: &Charge, _: &(), u: &PyroIn) -> NextStage {
         let since = match d.stage {
-            0.0 => self.p.after.map_or(u.fire - 0.5, |after| x.time - after.max(AT_ONCE)),
+            0.0 => self.p.after.map_or(u.fire - 0.5, |after| x.time - after),
             1.0 => c.t - d.begins,
             2.0 => c.t - (d.begins + self.p.duration),
             _ => -1.0,
         };
         NextStage { since, command: u.fire - 0.5 }
     }
-    fn fired(&self, c: &Clock, which: usize, x: &Waited, d: &Charge) -> (Waited, Charge) {
+    fn fired(&self, c: &Clock, which: Fired<'_>, x: &Waited, d: &Charge) -> (Waited, Charge) {
         let p = &self.p;
-        if which == COMMAND {
+        if !which.rose(STAGE) {
             return (*x, *d);
         }
         if d.stage > 0.0 {
@@ -170,13 +173,13 @@ impl Model for Pyro {
     fn tells(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &Waited,
         d: &Charge,
         _: &(),
         _: &PyroIn,
     ) -> Option<BuildError> {
-        if which != COMMAND {
+        if !which.rose(COMMAND) {
             return None;
         }
         let t = c.t;
@@ -192,17 +195,6 @@ impl Model for Pyro {
                 format!("it is commanded at {t:.6} s, and has been used at {:.6} s", d.begins);
             BuildError::new(fact).help("it fires once: write another part for a second one")
         })
-    }
-    fn remarks(&self, _: &Clock, _: &Waited, d: &Charge, _: &(), u: &PyroIn) -> Vec<BuildError> {
-        let early = self.p.after.is_none() && d.stage == 0.0 && u.fire >= 0.5;
-        let told = early.then(|| {
-            BuildError::new(
-                "its command stands from the beginning, and does not rise: it never fires",
-            )
-            .help("write `after: 0`, or command it later")
-            .at("after")
-        });
-        told.into_iter().collect()
     }
 }
 
@@ -238,7 +230,7 @@ mod tests {
         };
         assert!(guard(1.0, &d, 0.0) < 0.0 && guard(1.0, &d, 1.0) > 0.0);
         let fire = |t: f64, d: &Charge| {
-            m.fired(&Clock::at(t, 0.1, 0), 0, &x, d, &(), &input(1.0), &mut ()).1
+            m.fired(&Clock::at(t, 0.1, 0), Fired::rising(STAGE), &x, d, &(), &input(1.0), &mut ()).1
         };
         d = fire(1.0, &d);
         assert_eq!((d.stage, d.begins), (1.0, 1.5));
@@ -264,19 +256,29 @@ mod tests {
         // A second command does nothing, and is told.
         assert!(guard(2.0, &d, 0.0) < 0.0 && guard(2.0, &d, 1.0) < 0.0);
         let c = Clock::at(2.0, 0.1, 0);
-        let after = m.fired(&c, COMMAND, &x, &d, &(), &input(1.0), &mut ()).1;
+        let after = m.fired(&c, Fired::rising(COMMAND), &x, &d, &(), &input(1.0), &mut ()).1;
         assert_eq!((after.stage, after.begins), (3.0, 1.5));
-        let told = m.tells(&c, COMMAND, &x, &d, &(), &input(1.0), &()).unwrap();
+        let told = m.tells(&c, Fired::rising(COMMAND), &x, &d, &(), &input(1.0), &()).unwrap();
         assert!(told.message.contains("used at 1.5"), "{told}");
-        assert!(m.tells(&c, 0, &x, &d, &(), &input(1.0), &()).is_none());
+        assert!(m.tells(&c, Fired::rising(STAGE), &x, &d, &(), &input(1.0), &()).is_none());
     }
 
     #[test]
     fn it_scatters_by_seed() {
         let m = pyro(0.05, 0.0);
         let drawn = |key: u64| {
-            let c = Clock { t: 1.0, dt: 0.0, n: 0, key };
-            m.fired(&c, 0, &Waited::zero(), &Charge::zero(), &(), &input(1.0), &mut ()).1.impulse
+            let c = Clock { t: 1.0, dt: 0.0, n: 0, key, sampled: false, span: None };
+            m.fired(
+                &c,
+                Fired::rising(STAGE),
+                &Waited::zero(),
+                &Charge::zero(),
+                &(),
+                &input(1.0),
+                &mut (),
+            )
+            .1
+            .impulse
         };
         let all: Vec<f64> = (0..4000).map(drawn).collect();
         let mean = all.iter().sum::<f64>() / 4000.0;

@@ -126,7 +126,7 @@ impl Model for SeparationSpring {
         });
         gone.into_iter().collect()
     }
-    fn fired(&self, _: &Clock, _: usize, _: &(), _: &Released) -> ((), Released) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), _: &Released) -> ((), Released) {
         ((), Released { released: true })
     }
 }
@@ -148,7 +148,7 @@ mod tests {
     }
 
     fn push(height: f64, released: bool) -> SpringOut {
-        let clock = Clock { t: 0.0, dt: 0.1, n: 0, key: 0 };
+        let clock = Clock { t: 0.0, dt: 0.1, n: 0, key: 0, sampled: false, span: None };
         spring().direct(&clock, &(), &Released { released }, &at(height), &())
     }
 

@@ -101,10 +101,16 @@ pub struct Place {
 /// Surface crossed.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Crossed {
-    /// Depth of the bit's point.
-    #[port("m")]
-    pub depth: f64,
+    /// Depth of the bit's point, where it enters.
+    #[port("m", rising)]
+    pub enters: f64,
+    /// The same, where it leaves.
+    #[port("m", falling)]
+    pub leaves: f64,
 }
+
+/// The guard at which the bit enters, by its place in [`Crossed`].
+const ENTERS: usize = 0;
 
 /// A bit that drills into a plate.
 pub struct Cutting {
@@ -183,12 +189,13 @@ impl Model for Cutting {
         Hole { hole: y.feed }
     }
     fn guards(&self, _: &Clock, _: &Hole, _: &Place, _: &(), u: &CuttingIn) -> Crossed {
-        Crossed { depth: -seen(u).0.z }
+        let depth = -seen(u).0.z;
+        Crossed { enters: depth, leaves: depth }
     }
     fn fired(
         &self,
         _: &Clock,
-        _: usize,
+        which: Fired<'_>,
         x: &Hole,
         d: &Place,
         _: &(),
@@ -197,7 +204,7 @@ impl Model for Cutting {
         let at = seen(u).0;
         // What comes back to a hole goes where the hole is.
         let entry = if x.hole > 0.0 { d.entry } else { at };
-        (*x, Place { inside: at.z < 0.0, entry })
+        (*x, Place { inside: which.rose(ENTERS), entry })
     }
 }
 
@@ -273,11 +280,25 @@ mod tests {
             u.bit.position += u.work.rotation * Vec3::x() * x;
             u
         };
-        let (_, first) =
-            m.fired(&c, 0, &Hole { hole: 0.0 }, &out, &(), &aside(1e-9, 2e-3), &mut ());
+        let (_, first) = m.fired(
+            &c,
+            Fired::rising(ENTERS),
+            &Hole { hole: 0.0 },
+            &out,
+            &(),
+            &aside(1e-9, 2e-3),
+            &mut (),
+        );
         assert!(first.inside && (first.entry.x - 2e-3).abs() < 1e-12);
-        let (_, again) =
-            m.fired(&c, 0, &Hole { hole: 1e-3 }, &first, &(), &aside(1e-9, 3e-3), &mut ());
+        let (_, again) = m.fired(
+            &c,
+            Fired::rising(ENTERS),
+            &Hole { hole: 1e-3 },
+            &first,
+            &(),
+            &aside(1e-9, 3e-3),
+            &mut (),
+        );
         assert!((again.entry.x - 2e-3).abs() < 1e-12);
         let y = m.direct(&c, &Hole { hole: 1e-3 }, &again, &aside(5e-4, 3e-3), &());
         assert!((y.side - 20.0).abs() < 1e-6, "{}", y.side);

@@ -94,10 +94,16 @@ pub struct Caught {
 /// Edge b and the wire.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Opened {
-    /// Their distance, where the wire is when nothing moves it.
-    #[port("m")]
-    pub gap: f64,
+    /// Their distance, where the wire is when nothing moves it: the edge comes to it.
+    #[port("m", falling)]
+    pub closes: f64,
+    /// The same: the edge leaves it.
+    #[port("m", rising)]
+    pub opens: f64,
 }
+
+/// The guard at which the edge comes to the wire, by its place in [`Opened`].
+const CLOSES: usize = 0;
 
 /// Blades that cut a wire.
 pub struct Shearing {
@@ -178,31 +184,25 @@ impl Model for Shearing {
         Depth { depth: y.feed }
     }
     fn guards(&self, _: &Clock, _: &Depth, _: &Caught, _: &(), u: &ShearingIn) -> Opened {
-        Opened { gap: jaw(u).from[1] - self.p.radius }
+        let gap = jaw(u).from[1] - self.p.radius;
+        Opened { closes: gap, opens: gap }
     }
     fn fired(
         &self,
         _: &Clock,
-        _: usize,
+        which: Fired<'_>,
         x: &Depth,
         _: &Caught,
         _: &(),
         u: &ShearingIn,
     ) -> (Depth, Caught) {
         let jaw = jaw(u);
-        // An edge that opens lets it go, or goes by outside.
-        let closing = self.rate(u) < 0.0;
+        // An edge that opens lets it go, or goes by outside. At the start the edges may be in the wire.
+        let closing = which.fell(CLOSES);
         let R = self.p.radius;
         let inside = jaw.from[0] > -R && jaw.from[0] < R + self.p.sideways;
         let reached = jaw.lever > 0.0 && jaw.lever < self.p.blades;
         (*x, Caught { caught: closing && inside && reached })
-    }
-}
-
-impl Shearing {
-    /// Rate of the jaw's opening, rad/s.
-    fn rate(&self, u: &ShearingIn) -> f64 {
-        (u.b.angular - u.a.angular).dot(&(u.a.rotation * Vec3::y()))
     }
 }
 
@@ -305,8 +305,9 @@ mod tests {
         let touch = |x: f64, z: f64| x.atan2(z) + (1.5e-3 / x.hypot(z)).asin();
         let caught = |x0: f64, z: f64, rate: f64| {
             let u = at(touch(x0, z), x0, z, rate);
-            assert!(m.guards(&c, &x, &d, &(), &u, &()).gap.abs() < 1e-12);
-            m.fired(&c, 0, &x, &d, &(), &u, &mut ()).1.caught
+            assert!(m.guards(&c, &x, &d, &(), &u, &()).closes.abs() < 1e-12);
+            let way = |rate| if rate < 0.0 { Fired::falling(CLOSES) } else { Fired::rising(1) };
+            m.fired(&c, way(rate), &x, &d, &(), &u, &mut ()).1.caught
         };
         assert!(caught(0.0, 0.02, -1.0) && caught(4e-3, 0.02, -1.0));
         assert!(!caught(-2e-3, 0.02, -1.0), "behind edge a");

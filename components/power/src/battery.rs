@@ -249,19 +249,21 @@ impl Model for Battery {
     fn fired(
         &self,
         _: &Clock,
-        which: usize,
+        which: Fired<'_>,
         x: &BatteryState,
         d: &Contactors,
     ) -> (BatteryState, Contactors) {
         let mut d = *d;
-        match which {
-            0 => {
-                d.flat += f64::from(u8::from(!d.empty));
-                d.empty = true;
-            }
-            1 => d.empty = false,
-            2 => d.full = true,
-            _ => d.full = false,
+        if which.fell(0) {
+            d.flat += f64::from(u8::from(!d.empty));
+            d.empty = true;
+        } else if which.rose(1) {
+            d.empty = false;
+        }
+        if which.rose(2) {
+            d.full = true;
+        } else if which.fell(3) {
+            d.full = false;
         }
         (*x, d)
     }
@@ -329,6 +331,8 @@ mod tests {
                 rises([-before.above_recharge, -after.above_recharge]),
             ];
             for (which, _) in crossed.iter().enumerate().filter(|c| *c.1) {
+                let which =
+                    if which % 3 == 0 { Fired::falling(which) } else { Fired::rising(which) };
                 (x, d) = b.fired(&clock, which, &x, &d, &(), &u, &mut ());
             }
         }

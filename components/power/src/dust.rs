@@ -91,7 +91,7 @@ impl Model for Dust {
     fn guards(&self, _: &Clock, _: &Layer, _: &Gusts, u: &DustIn) -> DustGuards {
         DustGuards { above_wind: u.wind - self.p.wind }
     }
-    fn fired(&self, _: &Clock, _: usize, x: &Layer, d: &Gusts) -> (Layer, Gusts) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Layer, d: &Gusts) -> (Layer, Gusts) {
         let passes = x.passes + self.p.cleaned * (1.0 - x.passes);
         (Layer { passes }, Gusts { gusts: d.gusts + 1.0 })
     }
@@ -109,7 +109,7 @@ mod tests {
         let u = DustIn { wind: 11.0 };
         assert_eq!(dust.deriv(&clock, &x, &d, &u, &(), &(), &()).passes, -3e-8 * 0.8);
         assert_eq!(dust.guards(&clock, &x, &d, &u, &(), &()).above_wind, -1.0);
-        let (x, d) = dust.fired(&clock, 0, &x, &d, &u, &(), &mut ());
+        let (x, d) = dust.fired(&clock, Fired::rising(0), &x, &d, &u, &(), &mut ());
         assert!((x.passes - 0.95).abs() < 1e-15 && d.gusts == 3.0, "{x:?}");
         assert_eq!(dust.moore(&clock, &x, &d, &()).passes, x.passes);
     }

@@ -1,6 +1,6 @@
 //! `power.heater`: an electrical heater with a thermostat.
 //! ```text
-//! on where T falls through `on_below`, off where T rises through `on_below` + `band`, between them as it was
+//! on where T ≤ `on_below`, off where T ≥ `on_below` + `band`, between them as it was
 //! P = power while it is on, enabled and supplied, else 0
 //! ```
 //! Switching is an event, located on the dense output of the integrator. A run that starts outside the two thresholds
@@ -15,7 +15,7 @@ pub struct HeaterParams {
     /// Power while it heats.
     #[param(unit = "W", range = 0.0..)]
     pub power: f64,
-    /// It switches on where the temperature falls through this.
+    /// On where the temperature is at this or below it.
     #[param(unit = "K", range = 0.0..)]
     pub on_below: f64,
     /// It switches off where the temperature has risen by this above `on_below`.
@@ -72,10 +72,10 @@ pub struct Thermostat {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermostatGuards {
     /// Temperature over the lower threshold.
-    #[port("K")]
+    #[port("K", falling)]
     pub above_on: f64,
     /// Temperature over the upper threshold.
-    #[port("K")]
+    #[port("K", rising)]
     pub above_off: f64,
 }
 
@@ -112,10 +112,9 @@ impl Model for Heater {
             above_off: u.temperature - self.p.on_below - self.p.band,
         }
     }
-    /// A crossing of the lower threshold leaves the contact closed whichever way it goes: what comes from below has been
-    /// heated so far. A crossing of the upper one leaves it open.
-    fn fired(&self, _: &Clock, which: usize, _: &(), d: &Thermostat) -> ((), Thermostat) {
-        let closed = which == 0;
+    /// At the lower threshold and below it the contact is closed, at the upper one and above it is open.
+    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Thermostat) -> ((), Thermostat) {
+        let closed = which.fell(0) || (d.closed && !which.rose(1));
         let switchings = d.switchings + f64::from(u8::from(closed != d.closed));
         ((), Thermostat { closed, crossed: true, switchings })
     }
@@ -138,6 +137,7 @@ mod tests {
 
     fn fire(h: &Heater, d: &Thermostat, which: usize) -> Thermostat {
         let u = HeaterIn { temperature: 0.0, enable: true, supplied: true };
+        let which = if which == 0 { Fired::falling(0) } else { Fired::rising(1) };
         h.fired(&Clock::at(0.0, 1.0, 0), which, &(), d, &(), &u, &mut ()).1
     }
 

@@ -103,7 +103,7 @@ pub struct BrownOut {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LoadGuards {
     /// Voltage over the least one.
-    #[port("V")]
+    #[port("V", falling)]
     pub above_min: f64,
     /// Voltage over that of the restart.
     #[port("V", rising)]
@@ -153,9 +153,9 @@ impl Model for Load {
             above_restart: u.volts - self.p.volts_min - self.p.margin,
         }
     }
-    /// A crossing of the least voltage leaves it browned out whichever way it goes: what comes from below was out so far.
-    fn fired(&self, _: &Clock, which: usize, _: &(), d: &BrownOut) -> ((), BrownOut) {
-        let out = which == 0;
+    /// Browned out at the least voltage and below it, running again at that of the restart and above it.
+    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &BrownOut) -> ((), BrownOut) {
+        let out = which.fell(0) || (d.out && !which.rose(1));
         let count = d.count + f64::from(u8::from(out && !d.out));
         ((), BrownOut { out, crossed: true, count })
     }
@@ -219,7 +219,8 @@ mod tests {
     #[test]
     fn it_browns_out_and_starts_again_with_room_between() {
         let l = load(Law::Power);
-        let fire = |d: &BrownOut, which| {
+        let fire = |d: &BrownOut, which: usize| {
+            let which = if which == 0 { Fired::falling(0) } else { Fired::rising(1) };
             l.fired(&Clock::at(0.0, 1.0, 0), which, &(), d, &(), &on(21.0), &mut ()).1
         };
         let out = fire(&FINE, 0);

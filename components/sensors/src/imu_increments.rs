@@ -130,7 +130,7 @@ mod tests {
             let (mut x, mut d) = (Integrals::zero(), Sampled::zero());
             let (mut sum, mut push) = (0.0, 0.0);
             for k in 0..=n {
-                let c = Clock { t: k as f64 * dt, dt, n: k, key };
+                let c = Clock { t: k as f64 * dt, dt, n: k, key, sampled: false, span: None };
                 let y = m.moore(&c, &x, &d, &());
                 // The first sample ends where it begins.
                 if k > 0 {

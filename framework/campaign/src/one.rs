@@ -261,7 +261,7 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
     };
     let (until, limited) = end(settings.until, campaign.until());
     let sim = Simulation::of(Arc::new(ready.program));
-    let goal = Goal { until, steps: None, stop_when };
+    let goal = Goal { until, stop_when, ..Goal::default() };
     let mut runner = Runner::new(sim, Watched { history });
     // Without a checkpoint there is nothing to restore, and nothing to fail.
     let _ = runner.figure(figures, None);

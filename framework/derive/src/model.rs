@@ -5,15 +5,16 @@ use quote::{format_ident, quote};
 use syn::{FnArg, ImplItem, ImplItemFn, ItemImpl, LitStr, Pat, parse_quote};
 
 /// Function, full number of arguments after `&self`, and the types that may be left out at the end.
-const FUNCTIONS: [(&str, &[&str]); 8] = [
+const FUNCTIONS: [(&str, &[&str]); 9] = [
     ("moore", &["Clock", "X", "D", "Store"]),
     ("direct", &["Clock", "X", "D", "Ud", "Store"]),
     ("deriv", &["Clock", "X", "D", "U", "Ud", "Store", "Yd"]),
     ("update", &["Clock", "X", "D", "U", "Ud", "Store!"]),
     ("guards", &["Clock", "X", "D", "U", "Ud", "Store"]),
-    ("fired", &["Clock", "usize", "X", "D", "U", "Ud", "Store!"]),
+    ("fired", &["Clock", "Fired", "X", "D", "U", "Ud", "Store!"]),
+    ("mode", &["Clock", "X", "D", "Ud", "Store"]),
     ("remarks", &["Clock", "X", "D", "U", "Ud", "Store"]),
-    ("tells", &["Clock", "usize", "X", "D", "U", "Ud", "Store"]),
+    ("tells", &["Clock", "Fired", "X", "D", "U", "Ud", "Store"]),
 ];
 
 pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
@@ -54,7 +55,7 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
             ));
         }
     }
-    for function in ["guards", "fired", "tells"] {
+    for function in ["guards", "fired", "tells", "mode"] {
         if has(function) && !has("G") {
             return Err(syn::Error::new_spanned(
                 &item.self_ty,
@@ -101,7 +102,7 @@ pub fn expand(name: &LitStr, mut item: ItemImpl) -> syn::Result<Tokens> {
     item.items.push(parse_quote! {
         const FUNCTIONS: #rt::Functions = #rt::Functions {
             moore: #m, direct: #d, deriv: #v, update: #u, moore_timed: #tm, direct_timed: #td,
-            deriv_outputs: #outputs, direct_after_moore: false, guards: #g, steps: false, overlay: #o,
+            deriv_outputs: #outputs, direct_after_moore: false, guards: #g, modes: false, averages: false, steps: false, overlay: #o,
         };
     });
     Ok(quote!(#item))
@@ -114,7 +115,10 @@ fn complete(f: &mut ImplItemFn, full: &[&str], rt: &Tokens) -> syn::Result<bool>
     {
         let list = full
             .iter()
-            .map(|t| if *t == "usize" { (*t).to_string() } else { format!("&{t}") })
+            .map(|t| match *t {
+                "Fired" => (*t).to_string(),
+                _ => format!("&{t}"),
+            })
             .collect::<Vec<_>>()
             .join(", ");
         return Err(syn::Error::new_spanned(
@@ -126,7 +130,7 @@ fn complete(f: &mut ImplItemFn, full: &[&str], rt: &Tokens) -> syn::Result<bool>
         let arg = format_ident!("_arg{k}");
         f.sig.inputs.push(match *ty {
             "Clock" => parse_quote!(#arg: &#rt::Clock),
-            "usize" => parse_quote!(#arg: usize),
+            "Fired" => parse_quote!(#arg: #rt::Fired<'_>),
             "Store!" => parse_quote!(#arg: &mut Self::Store),
             other => {
                 let t = format_ident!("{other}");

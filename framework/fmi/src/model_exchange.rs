@@ -16,8 +16,8 @@ use crate::part::{Live, Part, Saved, describe, get_all, settle};
 use crate::slot::Slot;
 use crate::start::UnitParams;
 use linkwork_runtime::{
-    Block, Description, Evaluation, Failure, Files, Foreign, Located, Now, Outcome, Prototype,
-    ReadCx, Value, Wiring,
+    Block, Description, Evaluation, Failure, Files, Fired, Foreign, Located, Now, Outcome,
+    Prototype, ReadCx, Value, Wiring,
 };
 use std::any::Any;
 use std::cell::RefCell;
@@ -196,8 +196,19 @@ impl Block for Continuous {
         let Continuous { live, w, work } = self;
         work.gather(w, sig);
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
-        live.get_mut().with(now.t, |unit, _, part| {
+        live.get_mut().with(now.t, |unit, saved, part| {
             work.place(unit, part, now.t, x)?;
+            // At the start no event has brought the inputs that act at events: outputs see them from the first instant on. The
+            // event itself follows, since the part asks for it.
+            if now.evaluation == Evaluation::Tick && !saved.driven {
+                saved.driven = true;
+                if changed(part, &work.u, &saved.held) {
+                    unit.enter_event()?;
+                    drive(unit, part, &work.u, Which::All)?;
+                    settle(unit)?;
+                    unit.enter_continuous()?;
+                }
+            }
             let first: usize = part.ports.inputs[0].iter().map(|s| s.size).sum();
             let mut u = &work.u[first..];
             let flags = &part.ports.discrete[part.ports.inputs[0].len()..];
@@ -252,7 +263,14 @@ impl Block for Continuous {
             Ok(())
         })
     }
-    fn fired(&mut self, now: &Now, _: usize, x: &mut [f64], _: &mut [f64], sig: &[f64]) -> Outcome {
+    fn fired(
+        &mut self,
+        now: &Now,
+        _: Fired<'_>,
+        x: &mut [f64],
+        _: &mut [f64],
+        sig: &[f64],
+    ) -> Outcome {
         let (first, n) = (self.w.x, self.work.x.len());
         let mut next = vec![0.0; n];
         self.at(now, x, sig, |unit, saved, part, u| {

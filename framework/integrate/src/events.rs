@@ -1,19 +1,27 @@
-//! Where a guard changes its sign within a step: sampling, dips between samples, bracketing.
+//! Where a guard reaches its threshold within a step: sampling, dips between samples, bracketing.
 //!
-//! A guard is a number g(θ) along the step, θ in [0, 1]. It *crosses* when it comes from one side
-//! of zero and goes to the other; touching zero and turning back is not a crossing. A guard that
-//! starts on zero is armed when it has left zero, unless the caller remembers the side that it
-//! was on before ([`Side`], one plain value for each guard, kept in the caller's state).
+//! A guard is a number g(θ) along the step, θ in [0, 1]. Its threshold is zero, and zero itself belongs to the side on which the
+//! guard has *reached* its threshold, so that a value that comes to rest exactly there counts:
 //!
-//! 1. g at a few samples. A change of sign between two neighbours brackets a crossing.
-//! 2. Between two neighbours of one sign: when a parabola through them and a third sample has an
+//! | direction | before | reached |
+//! |---|---|---|
+//! | rising | g < 0 | g ≥ 0 |
+//! | falling | g > 0 | g ≤ 0 |
+//! | either | both g > 0 and g ≤ 0: every change between them counts, as for the event indicators of FMI 2.0.4 and 3.0.2 |
+//!
+//! The caller keeps the side on which a guard was seen last ([`Side`], one plain value for each guard). [`Side::Unknown`] is the
+//! side of a guard that has just fired: its value at the start of the step is round-off about zero and says nothing, so the side
+//! is read shortly after the start ([`EARLY`]).
+//!
+//! 1. g at a few samples. A change of sides between two neighbours brackets a crossing.
+//! 2. Between two neighbours on one side: when a parabola through them and a third sample has an
 //!    extremum towards zero there, the extremum is sought. If it lies beyond zero, there are two
 //!    crossings. What two crossings less than the time tolerance apart enclose is a touch.
 //! 3. A bracket is narrowed to the time tolerance by ITP (Oliveira, Takahashi: An enhancement of
 //!    the bisection method average performance preserving minmax optimality. ACM Transactions on
 //!    Mathematical Software 47 (2020) 5:1–24): never more than one evaluation above bisection.
 //!
-//! What lies wholly between samples and does not bend the parabola is not seen.
+//! Excursions that lie wholly between samples and do not bend the parabola are not detected.
 
 /// Which way a guard crosses zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,26 +34,24 @@ pub enum Direction {
     Either,
 }
 
-/// Where a guard was when it was last off its zero.
+/// The side of its threshold on which a guard was seen last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
-    /// Below zero.
+    /// Below: g < 0 for a rising guard, else g ≤ 0.
     Below,
-    /// Not known: not armed until the guard has left its zero.
+    /// It has just fired: the side is read shortly after the start of the step.
     #[default]
-    Zero,
-    /// Above zero.
+    Unknown,
+    /// Above: g ≥ 0 for a rising guard, else g > 0.
     Above,
 }
 
 impl Side {
-    /// The side of a value.
-    pub fn of(value: f64) -> Side {
-        match value.partial_cmp(&0.0) {
-            Some(std::cmp::Ordering::Less) => Side::Below,
-            Some(std::cmp::Ordering::Greater) => Side::Above,
-            _ => Side::Zero,
-        }
+    /// The side of a value; zero is where a guard of this direction has reached its threshold.
+    #[inline]
+    pub fn of(value: f64, direction: Direction) -> Side {
+        let above = value > 0.0 || (value == 0.0 && direction == Direction::Rising);
+        if above { Side::Above } else { Side::Below }
     }
 }
 
@@ -65,6 +71,10 @@ pub struct Search {
 /// Most samples inside a step.
 pub const SAMPLES_MAX: usize = 15;
 
+/// Where the side of a guard is read after it has fired, as parts of the step: a ball that bounces leaves the ground, and is back
+/// before the middle of a long step.
+pub const EARLY: [f64; 3] = [1.0 / 4096.0, 1.0 / 256.0, 1.0 / 16.0];
+
 impl Search {
     /// Three samples, 1 ns.
     pub fn new(direction: Direction, h: f64) -> Self {
@@ -75,7 +85,7 @@ impl Search {
 /// A crossing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// Where the guard is on its new side, or on zero, and was not yet at most the tolerance earlier.
+    /// Where the guard is on its new side, and was not yet at most the tolerance earlier.
     pub theta: f64,
     /// The guard there.
     pub value: f64,
@@ -116,10 +126,10 @@ struct Point {
 /// The first crossing within a step.
 ///
 /// `ends` are g at θ = 0 and 1; `guard` is called inside only, in an order that depends on
-/// nothing but its values. `side` is what the last search left, or [`Side::Zero`]. A guard that
+/// nothing but its values. `side` is what the last search left, or [`Side::Unknown`]. A guard that
 /// is on the other side of zero at θ = 0 than `side` has jumped, and crosses there.
 ///
-/// Cost where nothing is near zero: `samples` calls of `guard`.
+/// Cost where nothing is near zero: `samples` calls of `guard`, and the three of [`EARLY`] when the side is unknown.
 ///
 /// # Errors
 /// [`SearchError::Guard`], [`SearchError::NotANumber`].
@@ -135,87 +145,99 @@ pub fn first_crossing<E>(
     assert!(search.h > 0.0 && search.tolerance > 0.0, "step and tolerance above zero: {search:?}");
     let mut g = |theta: f64| point(theta, guard(theta).map_err(SearchError::Guard)?);
     let width = (search.tolerance / search.h).max(4.0 * f64::EPSILON);
-    let (points, count) = sample(&mut g, ends, search.samples)?;
+    let unknown = side == Side::Unknown;
+    let (points, count) = sample(&mut g, ends, search.samples, unknown)?;
     let points = &points[..count];
-    // What is returned for a crossing that began on side `from`, when it counts.
+    let of = |p: Point| Side::of(p.value, search.direction);
+    // The result for a crossing that began on side `from`, when it counts.
     let at = |p: Point, from: Side| -> Option<Found> {
         let way = if from == Side::Below { Direction::Rising } else { Direction::Falling };
         let crossing = Crossing { theta: p.theta, value: p.value, direction: way };
         (search.direction == Direction::Either || search.direction == way)
-            .then(|| Found { crossing: Some(crossing), side: Side::of(p.value) })
+            .then(|| Found { crossing: Some(crossing), side: of(p) })
     };
     let mut side = side;
-    // The last point off zero, where a bracket begins.
-    let mut from = points[0];
-    if opposite(side, Side::of(from.value))
-        && let Some(found) = at(from, side)
+    if !unknown
+        && of(points[0]) != side
+        && let Some(found) = at(points[0], side)
     {
         return Ok(found);
     }
-    if from.value != 0.0 {
-        side = Side::of(from.value);
-    }
-    for i in 1..count {
+    // After an event the value at the start is round-off.
+    let first = usize::from(unknown);
+    side = of(points[first]);
+    for i in first + 1..count {
         let (last, to) = (points[i - 1], points[i]);
-        let now = Side::of(to.value);
-        if opposite(side, now) {
-            if let Some(found) = at(narrow(&mut g, from, to, width)?, side) {
+        let now = of(to);
+        // A sample that meets zero itself, with the old side around it.
+        if now != side
+            && to.value == 0.0
+            && to.theta < 1.0
+            && !wide(&mut g, to, (side, search.direction), width)?
+        {
+            continue;
+        }
+        if now != side {
+            let end = narrow(&mut g, last, to, (side, search.direction), width)?;
+            if let Some(found) = at(end, side) {
                 return Ok(found);
             }
-        } else if now == side
-            && Side::of(last.value) == side
-            && side != Side::Zero
-            && let Some(dip) = beyond(&mut g, points, i, width)?
+        } else if let Some(dip) =
+            beyond(&mut g, &points[first..], i - first, (side, search.direction), width)?
         {
             // Two crossings: away and back.
-            if let Some(found) = at(narrow(&mut g, last, dip, width)?, side) {
+            let away = narrow(&mut g, last, dip, (side, search.direction), width)?;
+            if let Some(found) = at(away, side) {
                 return Ok(found);
             }
-            if let Some(found) = at(narrow(&mut g, dip, to, width)?, Side::of(dip.value)) {
+            let there = if side == Side::Below { Side::Above } else { Side::Below };
+            let back = narrow(&mut g, dip, to, (there, search.direction), width)?;
+            if let Some(found) = at(back, there) {
                 return Ok(found);
             }
         }
-        if now != Side::Zero {
-            (side, from) = (now, to);
-        } else if side == Side::Zero {
-            from = to;
-        }
+        side = now;
     }
     Ok(Found { crossing: None, side })
 }
 
-/// The guard at both ends and evenly between; the number of places.
+/// Places of one search: both ends, samples between, and the early ones.
+const PLACES: usize = SAMPLES_MAX + 2 + EARLY.len();
+
+/// The guard at both ends, early where the side is unknown, and evenly between; the number of places.
 fn sample<E>(
     g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     ends: [f64; 2],
     samples: usize,
-) -> Result<([Point; SAMPLES_MAX + 2], usize), SearchError<E>> {
+    unknown: bool,
+) -> Result<([Point; PLACES], usize), SearchError<E>> {
     assert!((1..=SAMPLES_MAX).contains(&samples), "{samples} samples; 1 to {SAMPLES_MAX}");
-    let mut points = [point(0.0, ends[0])?; SAMPLES_MAX + 2];
-    for i in 1..=samples {
-        points[i] = g(i as f64 / (samples + 1) as f64)?;
+    let mut points = [point(0.0, ends[0])?; PLACES];
+    let mut count = 1;
+    let even = (1..=samples).map(|i| i as f64 / (samples + 1) as f64);
+    let early = EARLY.iter().copied().filter(|_| unknown);
+    for theta in early.chain(even) {
+        points[count] = g(theta)?;
+        count += 1;
     }
-    points[samples + 1] = point(1.0, ends[1])?;
-    Ok((points, samples + 2))
+    points[count] = point(1.0, ends[1])?;
+    Ok((points, count + 1))
 }
 
 fn point<E>(theta: f64, value: f64) -> Result<Point, SearchError<E>> {
     if value.is_nan() { Err(SearchError::NotANumber { theta }) } else { Ok(Point { theta, value }) }
 }
 
-fn opposite(a: Side, b: Side) -> bool {
-    matches!((a, b), (Side::Below, Side::Above) | (Side::Above, Side::Below))
-}
-
-/// The end of a bracket that is on the new side or on zero, once the bracket is at most `width`.
+/// The end of a bracket that is on the new side, once the bracket is at most `width`; it begins on the side that is given.
 fn narrow<E>(
     g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     from: Point,
     to: Point,
+    (side, direction): (Side, Direction),
     width: f64,
 ) -> Result<Point, SearchError<E>> {
-    // y is below zero at a and above at b.
-    let sign = if to.value > 0.0 { 1.0 } else { -1.0 };
+    // y is below zero at a and above at b, but for zero itself, whose side the direction says.
+    let sign = if side == Side::Below { 1.0 } else { -1.0 };
     let (mut a, mut b, mut end) = (from.theta, to.theta, to);
     let (mut ya, mut yb) = (sign * from.value, sign * to.value);
     let slack = 0.2 / (b - a);
@@ -233,13 +255,11 @@ fn narrow<E>(
         }
         let p = g(x)?;
         let y = sign * p.value;
-        if y < 0.0 {
+        if Side::of(p.value, direction) == side {
             (a, ya) = (x, y);
         } else {
+            // Zero itself may go on back to where a value came to rest on it.
             (b, yb, end) = (x, y, p);
-            if y == 0.0 {
-                break;
-            }
         }
         radius *= 0.5;
     }
@@ -264,9 +284,10 @@ fn beyond<E>(
     g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     points: &[Point],
     i: usize,
+    (side, direction): (Side, Direction),
     width: f64,
 ) -> Result<Option<Point>, SearchError<E>> {
-    let sign = if points[i].value > 0.0 { 1.0 } else { -1.0 };
+    let sign = if side == Side::Above { 1.0 } else { -1.0 };
     let (mut a, mut c) = (points[i - 1], points[i]);
     let ends = (sign * a.value).min(sign * c.value);
     // The extremum of a parabola through a third sample, when it is inside and well below the ends.
@@ -286,7 +307,7 @@ fn beyond<E>(
     for step in 0..DIP_STEPS_MAX {
         let depth = sign * low.value;
         if depth < 0.0 {
-            return Ok(if wide(g, low, sign, width)? { Some(low) } else { None });
+            return Ok(if wide(g, low, (side, direction), width)? { Some(low) } else { None });
         }
         let Some(x) = vertex([a, low, c], sign) else { return Ok(None) };
         let bracketed = depth < (sign * a.value).min(sign * c.value) && a.theta < x && x < c.theta;
@@ -317,11 +338,15 @@ const DIP_STEPS_MAX: usize = 30;
 fn wide<E>(
     g: &mut impl FnMut(f64) -> Result<Point, SearchError<E>>,
     dip: Point,
-    sign: f64,
+    (side, direction): (Side, Direction),
     width: f64,
 ) -> Result<bool, SearchError<E>> {
     let before = g((dip.theta - 0.5 * width).max(0.0))?;
-    Ok(sign * before.value < 0.0 || sign * g((dip.theta + 0.5 * width).min(1.0))?.value < 0.0)
+    if Side::of(before.value, direction) != side {
+        return Ok(true);
+    }
+    let after = g((dip.theta + 0.5 * width).min(1.0))?;
+    Ok(Side::of(after.value, direction) != side)
 }
 
 /// Where the parabola through three points has its extremum, when that is towards zero.

@@ -178,6 +178,26 @@ impl Integrator {
         }
     }
 
+    /// The same for a system whose derivatives depend on the length of the step: those at the start are evaluated again.
+    ///
+    /// # Errors
+    /// As [`Integrator::again`].
+    ///
+    /// # Panics
+    /// When `x` has not n lanes.
+    pub fn again_anew<S: System>(
+        &mut self,
+        system: &mut S,
+        (t, h): (f64, f64),
+        x: &mut [f64],
+    ) -> Result<(), Failure<S::Error>> {
+        if self.last.is_none() {
+            return Err(Failure::NoStep);
+        }
+        x.copy_from_slice(&self.work.x0);
+        self.step_fixed(system, t, h, x, None)
+    }
+
     fn prepare_dense<S: System>(
         &mut self,
         system: &mut S,

@@ -37,7 +37,7 @@ fn adaptive_steps_and_events_do_not_allocate() {
                 let guard = |theta: f64| Ok::<f64, ()>(dense.lane(theta, 0) - 0.4);
                 let ends = [dense.lane(0.0, 0) - 0.4, dense.lane(1.0, 0) - 0.4];
                 let search = Search::new(Direction::Either, step.h);
-                let crossing = first_crossing(guard, ends, Side::Zero, &search).unwrap();
+                let crossing = first_crossing(guard, ends, Side::Unknown, &search).unwrap();
                 found += u32::from(crossing.crossing.is_some());
                 rejections += step.rejections;
                 t += step.h;

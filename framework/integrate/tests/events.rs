@@ -16,7 +16,8 @@ fn search(g: impl Fn(f64) -> f64, side: Side, direction: Direction, h: f64) -> (
 
 /// θ of the crossing.
 fn theta(g: impl Fn(f64) -> f64, direction: Direction, h: f64) -> Option<f64> {
-    search(g, Side::Zero, direction, h).0.crossing.map(|c| c.theta)
+    let side = Side::of(g(0.0), direction);
+    search(g, side, direction, h).0.crossing.map(|c| c.theta)
 }
 
 #[test]
@@ -33,7 +34,7 @@ fn a_crossing_is_located_within_a_nanosecond_and_on_its_far_side() {
         for root in roots {
             for h in [1e-6, 1e-3, 0.25, 3600.0] {
                 let g = |theta: f64| shape(theta - root);
-                let (found, calls) = search(g, Side::Zero, Direction::Rising, h);
+                let (found, calls) = search(g, Side::Below, Direction::Rising, h);
                 let crossing =
                     found.crossing.unwrap_or_else(|| panic!("shape {n} root {root} h {h}"));
                 // Rounding of a root near 1 in θ, in an hour's step: 1e-12 s.
@@ -43,7 +44,7 @@ fn a_crossing_is_located_within_a_nanosecond_and_on_its_far_side() {
                     "shape {n} root {root} h {h}: {late:e}"
                 );
                 assert!(crossing.value >= 0.0 && crossing.direction == Direction::Rising);
-                assert_eq!(found.side, Side::of(crossing.value));
+                assert_eq!(found.side, Side::Above);
                 // Bisection of the bracket would take log₂(h/4 / 1 ns); ITP one more; looks at dips before it.
                 let bound = 3.0 + (0.25 * h / 1e-9).max(1.0).log2().ceil().min(50.0) + 5.0;
                 assert!(
@@ -58,7 +59,7 @@ fn a_crossing_is_located_within_a_nanosecond_and_on_its_far_side() {
 /// On smooth guards the chord does most of the work: a step of 0.25 s needs 26 bisections.
 #[test]
 fn smooth_guards_take_few_evaluations() {
-    let (found, calls) = search(|x| (3.0 * x).sin() - 0.7, Side::Zero, Direction::Rising, 0.25);
+    let (found, calls) = search(|x| (3.0 * x).sin() - 0.7, Side::Below, Direction::Rising, 0.25);
     let exact = 0.7_f64.asin() / 3.0;
     assert!((found.crossing.unwrap().theta - exact) * 0.25 < 1e-9);
     println!("{calls} evaluations");
@@ -133,33 +134,53 @@ fn dips_shorter_than_the_tolerance_are_touches() {
 }
 
 #[test]
-fn a_guard_on_zero_is_armed_when_it_has_left() {
-    // Leaves zero upwards: a ball that has just bounced.
-    let (found, _) = search(|x| x, Side::Zero, Direction::Either, 1.0);
-    assert_eq!(found, Found { crossing: None, side: Side::Above });
-    // Leaves upwards and falls through later.
-    let (found, _) = search(|x| x * (0.8 - x), Side::Zero, Direction::Either, 1.0);
-    let crossing = found.crossing.unwrap();
-    assert!((crossing.theta - 0.8).abs() < 2e-9 && crossing.direction == Direction::Falling);
+fn a_guard_that_has_fired_is_armed_when_it_has_left() {
+    // Leaves zero upwards: a ball that has just bounced. Round-off of either sign at the start says nothing.
+    for off in [0.0, 1e-17, -1e-17] {
+        let (found, _) = search(|x| x + off, Side::Unknown, Direction::Either, 1.0);
+        assert_eq!(found, Found { crossing: None, side: Side::Above });
+        let (found, _) = search(|x| x + off, Side::Unknown, Direction::Rising, 1.0);
+        assert_eq!(found, Found { crossing: None, side: Side::Above });
+    }
+    // Leaves upwards and falls through later: late in the step, and long before its middle.
+    for back in [0.8, 0.3, 0.01, 5e-4] {
+        let (found, _) = search(|x| x * (back - x), Side::Unknown, Direction::Falling, 1.0);
+        let crossing = found.crossing.unwrap_or_else(|| panic!("back at {back}"));
+        assert!((crossing.theta - back).abs() < 2e-9 && crossing.direction == Direction::Falling);
+    }
     // Stays on zero.
-    let (found, calls) = search(|_| 0.0, Side::Zero, Direction::Either, 1.0);
-    assert_eq!((found, calls), (Found { crossing: None, side: Side::Zero }, 3));
+    let (found, calls) = search(|_| 0.0, Side::Unknown, Direction::Either, 1.0);
+    assert_eq!((found, calls), (Found { crossing: None, side: Side::Below }, 6));
 }
 
-/// A crossing that falls on the seam of two steps is found once, in the second.
+/// Zero belongs to the side on which a guard has reached its threshold, at the end of a step and inside it.
+#[test]
+fn what_comes_to_rest_on_zero_has_reached_it() {
+    for end in [1.0, 0.4] {
+        let rising = |x: f64| (x - end).min(0.0);
+        let falling = |x: f64| (end - x).max(0.0);
+        for (g, direction) in [
+            (&rising as &dyn Fn(f64) -> f64, Direction::Rising),
+            (&falling, Direction::Falling),
+            (&falling, Direction::Either),
+        ] {
+            let found =
+                theta(g, direction, 1.0).unwrap_or_else(|| panic!("{direction:?} at {end}"));
+            assert!((found - end).abs() < 2e-9, "{direction:?} at {end}: {found}");
+        }
+        // An indicator of FMI that rises to zero has not passed it.
+        assert_eq!(theta(rising, Direction::Either, 1.0), None);
+    }
+}
+
+/// A crossing that falls on the seam of two steps is found once, in the first.
 #[test]
 fn a_crossing_on_a_seam_is_found_once() {
-    let (first, _) = search(|x| x - 1.0, Side::Zero, Direction::Rising, 1.0);
-    assert_eq!(first, Found { crossing: None, side: Side::Below });
-    let (second, _) = search(|x| x, first.side, Direction::Rising, 1.0);
-    let crossing = second.crossing.unwrap();
-    assert!(crossing.theta < 1.1e-9 && second.side == Side::Above);
-    let (third, _) = search(|x| crossing.theta + x, second.side, Direction::Rising, 1.0);
-    assert_eq!(third.crossing, None);
-    // A touch on the seam is none.
-    let (first, _) = search(|x| x - 1.0, Side::Zero, Direction::Either, 1.0);
-    let (second, _) = search(|x| -x, first.side, Direction::Either, 1.0);
-    assert_eq!(second, Found { crossing: None, side: Side::Below });
+    let (first, _) = search(|x| x - 1.0, Side::Below, Direction::Rising, 1.0);
+    assert_eq!(first.crossing.map(|c| c.theta), Some(1.0));
+    assert_eq!(first.side, Side::Above);
+    let (second, _) = search(|x| x, Side::Unknown, Direction::Rising, 1.0);
+    assert_eq!(second, Found { crossing: None, side: Side::Above });
 }
 
 /// A guard that jumped over its zero between steps crosses at the start.
@@ -183,17 +204,17 @@ fn the_first_of_many_is_found() {
 #[test]
 fn searches_are_deterministic_and_refuse_nan() {
     let g = |x: f64| (5.0 * x).cos() - x * 0.3;
-    let once = search(g, Side::Zero, Direction::Either, 0.037);
-    let again = search(g, Side::Zero, Direction::Either, 0.037);
+    let once = search(g, Side::Above, Direction::Either, 0.037);
+    let again = search(g, Side::Above, Direction::Either, 0.037);
     assert_eq!(once.0.crossing.unwrap().theta.to_bits(), again.0.crossing.unwrap().theta.to_bits());
     let settings = Search::new(Direction::Either, 1.0);
     let nan = |x: f64| Ok::<f64, Infallible>(if x > 0.6 { f64::NAN } else { 1.0 });
-    let fault = first_crossing(nan, [1.0, 1.0], Side::Zero, &settings).unwrap_err();
+    let fault = first_crossing(nan, [1.0, 1.0], Side::Above, &settings).unwrap_err();
     assert!(matches!(fault, SearchError::NotANumber { theta: 0.75 }), "{fault}");
     let refuses = |_: f64| Err::<f64, &str>("no");
-    let fault = first_crossing(refuses, [1.0, 1.0], Side::Zero, &settings).unwrap_err();
+    let fault = first_crossing(refuses, [1.0, 1.0], Side::Above, &settings).unwrap_err();
     assert_eq!(fault, SearchError::Guard("no"));
     let infinite = |x: f64| Ok::<f64, Infallible>(if x > 0.6 { f64::INFINITY } else { -1.0 });
-    let found = first_crossing(infinite, [-1.0, f64::INFINITY], Side::Zero, &settings).unwrap();
+    let found = first_crossing(infinite, [-1.0, f64::INFINITY], Side::Below, &settings).unwrap();
     assert!((found.crossing.unwrap().theta - 0.6).abs() < 2e-9);
 }

@@ -310,7 +310,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     let live = server.map(|server| announce(server, &out)).transpose()?;
     Ok(Run {
         runner,
-        goal: Goal { until, steps: None, stop_when: prepared.stop_when },
+        goal: Goal { until, stop_when: prepared.stop_when, ..Goal::default() },
         name: name.to_string(),
         folder,
         files,
@@ -659,6 +659,7 @@ impl Run {
             realtime: self.runner.realtime(),
             seed: sim.plan().seed,
             built: linkwork_runner::built(),
+            phases: summary::phases(sim),
             figures: self.runner.figures().map(summary::figures).unwrap_or_default(),
             files: self.files.clone(),
             problems: self.problems.clone(),

@@ -1,5 +1,6 @@
 //! `summary.json`, and what is said at the end of a run.
 use linkwork_runner::{Figures, Realtime};
+use linkwork_runtime::Simulation;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,7 +11,7 @@ use std::path::{Path, PathBuf};
 pub enum Ending {
     /// The time given by `until`.
     Until,
-    /// The variable given by `stop_when` became true.
+    /// The condition given by `stop_when` came to hold.
     StopWhen,
     /// Ctrl-C.
     Interrupted,
@@ -43,6 +44,9 @@ pub struct Summary {
     pub seed: u64,
     /// What built the program: version, processor, profile.
     pub built: String,
+    /// When each phase began last (s); none of one that has not begun. Empty for a simulation without phases.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub phases: BTreeMap<String, Option<f64>>,
     /// The simulation's own figures: value and unit.
     pub figures: BTreeMap<String, (f64, String)>,
     /// Files written.
@@ -63,6 +67,14 @@ impl Summary {
         let text = serde_json::to_string_pretty(self).map_err(|e| fail(&e))? + "\n";
         linkwork_record::replace(path, text.as_bytes(), linkwork_record::Durable::Now)
     }
+}
+
+/// When each phase of a run began last (s).
+pub fn phases(sim: &Simulation) -> BTreeMap<String, Option<f64>> {
+    let all = sim.program().phases.iter().zip(&sim.state().entered);
+    all.filter(|(phase, _)| !phase.name.is_empty())
+        .map(|(phase, t)| (phase.name.clone(), t.is_finite().then_some(*t)))
+        .collect()
 }
 
 /// Figures as name → (value, unit).

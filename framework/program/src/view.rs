@@ -41,7 +41,6 @@ mod drawn {
     use crate::{load, taps};
     use linkwork_record::{End, Entry, LogError, walk_log};
     use linkwork_viz::{NotShown, Player, View, VizError};
-    use std::collections::BTreeMap;
 
     /// Why there is no recording.
     enum Fault {

@@ -328,7 +328,7 @@ fn messages<'a>(
         list.sort_by_key(|(_, v)| match v.place {
             Place::X(k) => (1, k),
             Place::D(k) => (2, k),
-            Place::Signal(k) | Place::Channel(k) => (0, k),
+            Place::Signal(k) | Place::Channel(k) | Place::Phase(k) => (0, k),
         });
         let columns: Vec<(String, bool)> = list
             .iter()

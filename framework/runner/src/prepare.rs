@@ -1,7 +1,7 @@
 //! What is looked up before a run: nothing is written before all of it is right.
 use crate::figures::Figures;
 use linkwork_assembly::{AroundForm, LogRule, Settings, Text, match_patterns};
-use linkwork_runtime::{Around, Condition, Fault, Place, Plan, Rule};
+use linkwork_runtime::{Around, Condition, Fault, Plan, Rule};
 
 /// What a simulation's file names, found in the plan.
 pub struct Prepared {
@@ -9,8 +9,8 @@ pub struct Prepared {
     pub groups: Vec<Rule>,
     /// Figures.
     pub figures: Figures,
-    /// The variable that stops the run.
-    pub stop_when: Option<Place>,
+    /// The condition that stops the run, by its place among those that it watches.
+    pub stop_when: Option<u32>,
 }
 
 /// Looks up the patterns and variables that the file names.
@@ -27,13 +27,8 @@ pub fn prepare(plan: &Plan, file: &Settings) -> Result<Prepared, Vec<Fault>> {
         faults.append(&mut f);
         Figures::default()
     });
-    let stop_when = file.stop_when.as_ref().and_then(|t| match plan.variable(&t.text) {
-        Ok(v) => Some(v.place),
-        Err(e) => {
-            faults.push(Fault::new(t.origin, format!("stop_when: {}", e.message)).help(e.help));
-            None
-        }
-    });
+    // It was read when the program was compiled.
+    let stop_when = file.stop_when.as_ref().map(|_| 0);
     if faults.is_empty() { Ok(Prepared { groups, figures, stop_when }) } else { Err(faults) }
 }
 

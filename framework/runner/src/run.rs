@@ -2,7 +2,9 @@
 use crate::figures::Figures;
 use crate::pace::{Pace, Realtime, SystemClock, WallClock};
 use crate::saves::{Extra, Saves};
-use linkwork_runtime::{Change, Checkpoint, Place, RunError, Schedule, Seconds, Simulation, Tap};
+use linkwork_runtime::{
+    Change, Checkpoint, RunError, Schedule, Seconds, Simulation, Stop as Step, Tap,
+};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,6 +19,10 @@ impl Stop {
     pub fn set(&self) -> bool {
         self.0.swap(true, Ordering::SeqCst)
     }
+    /// The flag itself, for a simulation that looks at it between two rows.
+    fn flag(&self) -> Arc<AtomicBool> {
+        self.0.clone()
+    }
     /// Whether the run is to stop.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::Relaxed)
@@ -30,14 +36,17 @@ pub struct Goal {
     pub until: Option<Seconds>,
     /// After so many steps.
     pub steps: Option<u64>,
-    /// When this variable is true.
-    pub stop_when: Option<Place>,
+    /// After so many rows and events: each event of a part or phase counts.
+    pub events: Option<u64>,
+    /// At the instant from which this condition holds, by its place among those that the run watches.
+    pub stop_when: Option<u32>,
 }
 
 /// What a program takes in passing, in the thread of the run.
 pub trait Watch: Send {
     /// The state after the work of a tick, before the rows of the taps. Called once for a tick,
-    /// and again for the tick at which a run goes on after a pause or a change.
+    /// and again for the tick at which a run goes on after a pause or a change; and at the instant between ticks at which
+    /// `stop_when` ends the run.
     fn tick(&mut self, sim: &Simulation);
 
     /// What a checkpoint of this tick carries along, by name.
@@ -65,7 +74,7 @@ pub enum Need {
 pub enum Ended {
     /// The time given by `until`, or the number of steps.
     Goal,
-    /// The variable given by `stop_when` is true.
+    /// The condition given by `stop_when` holds.
     StopWhen,
     /// It was asked to stop.
     Stopped,
@@ -156,8 +165,8 @@ pub struct Runner<W> {
     saves: Option<Saves>,
     pace: Option<Pace>,
     stop: Stop,
-    /// The tick that the watcher and the saves have seen.
-    seen: Option<u64>,
+    /// The tick that the watcher and the saves have seen, and the time after it (s).
+    seen: Option<(u64, f64)>,
     checked: bool,
 }
 
@@ -305,17 +314,34 @@ impl<W: Watch> Runner<W> {
 
     /// Takes `steps` steps, or fewer when something comes in between.
     pub fn go(&mut self, goal: &mut Goal, steps: u64) -> Pause {
+        self.sim.interrupt_by(self.stop.flag());
         for _ in 0..steps {
             if let Some(pause) = self.at_tick(goal) {
                 return pause;
             }
-            if let Err(e) = self.sim.step() {
-                if let Some(saves) = &mut self.saves {
-                    saves.before_failure();
+            loop {
+                let step = match goal.events {
+                    None => self.sim.step_watched(),
+                    Some(_) => self.sim.step_event(),
+                };
+                match step {
+                    Err(e) => {
+                        if let Some(saves) = &mut self.saves {
+                            saves.before_failure();
+                        }
+                        return Pause::Ended(Ended::Failed(e));
+                    }
+                    Ok(Step::Watched(which)) if goal.stop_when == Some(which) => {
+                        return self.at_tick(goal).unwrap_or(Pause::Ended(Ended::StopWhen));
+                    }
+                    Ok(_) if goal.events.is_some() => break,
+                    // Seen at the row that follows.
+                    Ok(Step::Watched(_)) if !self.sim.at_row() => {}
+                    Ok(_) => break,
                 }
-                return Pause::Ended(Ended::Failed(e));
             }
             goal.steps = goal.steps.map(|n| n - 1);
+            goal.events = goal.events.map(|n| n - 1);
         }
         Pause::Chunk
     }
@@ -331,7 +357,8 @@ impl<W: Watch> Runner<W> {
                 return Some(Pause::Calls(calls));
             }
         }
-        let fresh = self.seen.replace(tick) != Some(tick);
+        let now = (tick, self.sim.state().since);
+        let fresh = self.seen.replace(now) != Some(now);
         if fresh {
             self.sim.observe_now();
             self.watch.tick(&self.sim);
@@ -369,11 +396,11 @@ impl<W: Watch> Runner<W> {
     }
 
     fn end(&self, goal: &Goal) -> Option<Ended> {
-        if goal.stop_when.is_some_and(|p| self.sim.value(p) > 0.5) {
+        if goal.stop_when.is_some_and(|which| self.sim.watched(which)) {
             return Some(Ended::StopWhen);
         }
         let late = goal.until.is_some_and(|t| !self.sim.before(t));
-        if late || goal.steps == Some(0) {
+        if late || goal.steps == Some(0) || goal.events == Some(0) {
             return Some(Ended::Goal);
         }
         self.stop.is_set().then_some(Ended::Stopped)

@@ -24,7 +24,7 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
         FigureOf::Variable(_) => None,
     });
     let firsts = file.figures.iter().filter_map(|f| f.at.as_ref());
-    for when in windows.chain(figures).chain(firsts) {
+    for when in windows.chain(figures).chain(firsts).chain(&file.stop_when) {
         let named = |p: &&linkwork_runtime::PartPlan| when.text.contains(&p.path);
         seen.extend(plan.parts.iter().filter(named).map(|p| p.path.as_str()));
     }

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 
 const CONFIGURATION: &str = "Simulation()";
 
-fn plan(seed: u64) -> Arc<Plan> {
+fn spec(seed: u64) -> Spec {
     let mut b = Builder::new();
     let inertia = Matrix3::from_diagonal(&Vec3::new(0.11, 0.23, 0.19));
     b.body(BodySpec::new("top", "world").hinge(Hinge::ball()).mass(MassProperties::new(
@@ -21,9 +21,12 @@ fn plan(seed: u64) -> Arc<Plan> {
     let multibody = Arc::new(b.build().unwrap());
     let q = multibody.neutral_q();
     let mechanism = MechanismSpec::new("Mechanism", multibody, q, vec![1.0, -0.7, 0.4]);
-    let spec = Spec { host: Some(Box::new(mechanism)), seed, ..Spec::default() };
+    Spec { host: Some(Box::new(mechanism)), seed, ..Spec::default() }
+}
+
+fn plan(seed: u64) -> Arc<Plan> {
     let catalogue = Catalogue::new(Vec::<Vec<Entry>>::new());
-    compile(&spec, &catalogue, &Files::default()).unwrap().into()
+    compile(&spec(seed), &catalogue, &Files::default()).unwrap().into()
 }
 
 /// A rate of the top.
@@ -32,6 +35,22 @@ fn rate(plan: &Plan) -> String {
     let found =
         plan.variables.iter().find(|(_, v)| v.role == Role::State && v.place == Place::X(nq));
     found.unwrap().0.clone()
+}
+
+/// A run that watches a condition.
+fn stopping(when: &str) -> Runner<Notes> {
+    let of = "stop_when".to_string();
+    let phase = PhaseSpec {
+        name: String::new(),
+        spec: spec(1),
+        transitions: Vec::new(),
+        watches: vec![WatchSpec { of, when: when.to_string(), origin: Origin::NONE }],
+        origin: Origin::NONE,
+    };
+    let catalogue = Catalogue::new(Vec::<Vec<Entry>>::new());
+    let program = compile_program(&[phase], &catalogue, &Files::default());
+    let program = program.unwrap_or_else(|e| panic!("{e}"));
+    Runner::new(Simulation::of(Arc::new(program)), Notes(Diary::default()))
 }
 
 /// What happened, in order.
@@ -161,10 +180,18 @@ fn every_way_to_end() {
     let mut goal = Goal { steps: Some(5), ..Goal::default() };
     assert_eq!(r.go(&mut goal, 100), Pause::Ended(Ended::Goal));
     assert_eq!(r.sim().state().tick, 5);
-    // The rate is 1 rad/s at the start: true, as a condition.
-    let stop_when = Some(r.sim().plan().variable(&rate(r.sim().plan())).unwrap().place);
-    assert_eq!(drive(&mut r, &mut Goal { stop_when, ..to(1, 1) }, 10).0, Ended::StopWhen);
-    assert_eq!(r.sim().state().tick, 5);
+    // Between two rows, and at once where it holds already.
+    let mut r = stopping("time >= 3.25 ms");
+    let mut goal = Goal { stop_when: Some(0), ..to(1, 1) };
+    assert_eq!(r.go(&mut goal, 10), Pause::Ended(Ended::StopWhen));
+    assert!((r.sim().time() - 3.25e-3).abs() < 2e-12, "{}", r.sim().time());
+    assert_eq!(r.watch.0.lock().unwrap().last().unwrap(), "tick 0.003");
+    assert_eq!(r.sim().state().held, [r.sim().time()]);
+    // The rate is 1 rad/s at the start.
+    let fast = format!("{} >= 0.5 rad/s", rate(&plan(1)));
+    let mut r = stopping(&fast);
+    assert_eq!(r.go(&mut goal, 10), Pause::Ended(Ended::StopWhen));
+    assert_eq!(r.sim().time(), 0.0);
     // From outside.
     let (mut r, _) = runner();
     let stop = r.stop();

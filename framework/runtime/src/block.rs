@@ -1,7 +1,7 @@
 //! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
 use crate::field::Shown;
-use crate::model::{BuildError, Description, Model, Store};
+use crate::model::{BuildError, Description, Fired, Model, Store};
 use crate::overlay::SharedOverlay;
 use crate::ports::{Lanes, Text};
 use crate::slopes::{Operation, Slopes};
@@ -31,6 +31,8 @@ pub struct Now {
     pub tick: u64,
     /// What it is for.
     pub evaluation: Evaluation,
+    /// Begin and end (s) of the step of a fixed method that it belongs to.
+    pub span: Option<[f64; 2]>,
     /// Number of this evaluation. All operations of one evaluation see one state, so a block may keep
     /// work that follows from the state between two of them when their numbers are equal, and must not
     /// otherwise. Inputs may differ: in an algebraic loop they do.
@@ -83,6 +85,8 @@ pub struct Wiring {
     pub period_s: f64,
     /// Key of the noise.
     pub key: u64,
+    /// Its modes are not watched: its outputs change at rows and events only.
+    pub held: bool,
 }
 
 /// A wired model that a run owns. Parameters are shared; only the store is its own. Every operation
@@ -118,11 +122,15 @@ pub trait Block: Send {
     ) -> Outcome {
         Ok(())
     }
-    /// State after guard `which` changed sign.
+    /// Discrete state that follows from the present levels, in place: [`Model::mode`].
+    fn mode(&mut self, _now: &Now, _x: &[f64], _d: &mut [f64], _sig: &[f64]) -> Outcome {
+        Ok(())
+    }
+    /// State after guards reached zero.
     fn fired(
         &mut self,
         _now: &Now,
-        _which: usize,
+        _which: Fired<'_>,
         _x: &mut [f64],
         _d: &mut [f64],
         _sig: &[f64],
@@ -133,11 +141,11 @@ pub trait Block: Send {
     fn remarks(&mut self, _now: &Now, _x: &[f64], _d: &[f64], _sig: &[f64]) -> Vec<BuildError> {
         Vec::new()
     }
-    /// What it has to say when guard `which` fires, before it does; it may stop the run.
+    /// What it has to say when a guard is due, before it fires; it may stop the run. One guard of `which` is due.
     fn tells(
         &mut self,
         _now: &Now,
-        _which: usize,
+        _which: Fired<'_>,
         _x: &[f64],
         _d: &[f64],
         _sig: &[f64],
@@ -368,8 +376,8 @@ impl Wiring {
     pub fn clock(&self, now: &Now) -> Clock {
         let since = now.tick.saturating_sub(self.offset);
         match since.checked_div(self.period) {
-            None => Clock { t: now.t, dt: now.dt, n: 0, key: self.key },
-            Some(n) => Clock { t: now.t, dt: self.period_s, n, key: self.key },
+            None => Clock { t: now.t, dt: now.dt, n: 0, key: self.key, sampled: self.held, span: now.span },
+            Some(n) => Clock { t: now.t, dt: self.period_s, n, key: self.key, sampled: true, span: None },
         }
     }
 }
@@ -435,10 +443,19 @@ impl<M: Model> Block for Wired<M> {
         self.model.guards(&c, &x, &d, &u, &ud, &self.store).put(values);
         Ok(())
     }
+    fn mode(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+        let (c, x, old) = (self.w.clock(now), self.x(x), self.d(d));
+        let ud = M::Ud::gather(sig, &self.w.ud);
+        let new = self.model.mode(&c, &x, &old, &ud, &self.store);
+        if M::D::N > 0 {
+            new.put(&mut d[self.w.d..]);
+        }
+        Ok(())
+    }
     fn fired(
         &mut self,
         now: &Now,
-        which: usize,
+        which: Fired<'_>,
         x: &mut [f64],
         d: &mut [f64],
         sig: &[f64],
@@ -462,7 +479,7 @@ impl<M: Model> Block for Wired<M> {
     fn tells(
         &mut self,
         now: &Now,
-        which: usize,
+        which: Fired<'_>,
         x: &[f64],
         d: &[f64],
         sig: &[f64],

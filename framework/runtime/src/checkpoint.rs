@@ -37,8 +37,8 @@ pub struct Checkpoint {
     pub row: u32,
     /// Time after the tick (s), events at this instant, phase, memory of the integrator.
     pub instant: Instant,
-    /// Guards: value, change, side, due.
-    pub guards: Vec<(f64, f64, i8, bool)>,
+    /// Guards: value, change, slack, side, due.
+    pub guards: Vec<(f64, f64, f64, i8, i8)>,
     /// Simulated time (s), for readers.
     pub time: f64,
     /// Seed of all noise.
@@ -68,6 +68,12 @@ pub struct Instant {
     pub micro: u32,
     /// Place of the phase in the program.
     pub phase: u32,
+    /// When the phase began (s).
+    pub began: f64,
+    /// For each phase, when it began last (s), and for each watched condition, when it held first (s): infinite before.
+    pub entered: Vec<f64>,
+    /// As above.
+    pub held: Vec<f64>,
     /// The step that the integrator proposes (s), and the error of its last.
     pub memory: (f64, f64),
 }
@@ -211,10 +217,13 @@ impl Simulation {
                 since: self.state.since,
                 micro: self.state.micro,
                 phase: self.state.phase,
+                began: self.state.began,
+                entered: self.state.entered.clone(),
+                held: self.state.held.clone(),
                 memory: (self.state.memory.next, self.state.memory.error),
             },
             guards: (self.state.guards.iter())
-                .map(|g| (g.value, g.change, g.side, g.due))
+                .map(|g| (g.value, g.change, g.slack, g.side, g.due))
                 .collect(),
             time: self.time(),
             seed: self.plan().seed,
@@ -254,6 +263,8 @@ impl Simulation {
         if self.program().hash() != c.plan
             || c.lanes.len() != 8 * lanes
             || c.guards.len() != plan.guards.len()
+            || c.instant.entered.len() != self.state.entered.len()
+            || c.instant.held.len() != self.state.held.len()
         {
             return mismatch("parameters, files, rates or wires differ".to_string());
         }
@@ -271,9 +282,18 @@ impl Simulation {
         self.state.tick = c.tick;
         self.state.row = c.row;
         (self.state.since, self.state.micro) = (c.instant.since, c.instant.micro);
+        self.state.began = c.instant.began;
+        self.state.entered.clone_from(&c.instant.entered);
+        self.state.held.clone_from(&c.instant.held);
         self.state.memory = Memory { next: c.instant.memory.0, error: c.instant.memory.1 };
         self.state.guards = (c.guards.iter())
-            .map(|&(value, change, side, due)| GuardState { value, change, side, due })
+            .map(|&(value, change, slack, side, due)| GuardState {
+                value,
+                change,
+                slack,
+                side,
+                due,
+            })
             .collect();
         let mut values = c.lanes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b));
         let s = &mut self.state;
@@ -342,8 +362,9 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
         return Some(format!("a step of {next} s with an error of {error}"));
     }
     let mut guards = c.guards.iter().zip(&plan.guards);
-    let bad = guards.find(|((value, change, side, _), _)| {
-        value.is_nan() || change.is_nan() || !(-1..=1).contains(side)
+    let bad = guards.find(|((value, change, slack, side, due), _)| {
+        let sides = |side: &i8| (-1..=1).contains(side);
+        value.is_nan() || change.is_nan() || !(*slack >= 0.0) || !sides(side) || !sides(due)
     });
     if let Some((_, guard)) = bad {
         return Some(format!("guard `{}` stands nowhere", guard.name));
@@ -374,7 +395,7 @@ fn layout(plan: &Plan) -> Vec<String> {
         match v.place {
             Place::X(k) => names[k as usize].clone_from(path),
             Place::D(k) => names[plan.sizes.x + k as usize].clone_from(path),
-            Place::Signal(_) | Place::Channel(_) => {}
+            Place::Signal(_) | Place::Channel(_) | Place::Phase(_) => {}
         }
     }
     names

@@ -4,13 +4,17 @@
 //! any    = all { "or" all }                    the largest
 //! all    = test { "and" test }                 the least
 //! test   = sum ("<" | "<=" | ">" | ">=") sum   how far it holds: right − left, or left − right
+//!        | sum                                 a truth value: holds above ½
+//!        | "not" test
 //!        | "(" any ")"
 //! sum    = product { ("+" | "-") product }
 //! product = factor { ("*" | "/") factor }
-//! factor = "-" factor | number [unit] | "time" | path | "abs(" sum ")" | "(" sum ")"
+//! factor = "-" factor | number [unit] | "time" | "phase_time" | path | "abs(" sum ")" | "(" sum ")"
 //! ```
-//! The value of a condition is above zero where it holds, so that the instant from which it holds is
-//! where a continuous number changes its sign. Both sides of a test have the same quantity.
+//! A condition has a value, and holds where the value is not negative; the instant from which it holds is therefore
+//! where a continuous number reaches zero. `<=` and `>=` hold where both sides are equal. `<` and `>` do not: their value is the
+//! negative number next to zero there. Both sides of a test have the same quantity. A unit may have blanks: `10 N m`.
+//! `time` is the simulated time, `phase_time` the time since the present phase began.
 use crate::plan::{Place, Variable};
 use crate::units::Unit;
 use crate::value::remedy;
@@ -29,9 +33,12 @@ pub struct Condition {
 enum Code {
     Number(f64),
     Time,
+    PhaseTime,
     Value(Place),
     Negate,
     Abs,
+    /// Zero becomes the negative number next to it: a strict test does not hold there.
+    Strict,
     Add,
     Subtract,
     Multiply,
@@ -39,6 +46,18 @@ enum Code {
     Least,
     Largest,
 }
+
+/// The times that a condition may test (s).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Times {
+    /// Simulated time.
+    pub time: f64,
+    /// Time since the present phase began.
+    pub phase: f64,
+}
+
+/// The place of a variable that a phase does not have.
+const ABSENT: Place = Place::Channel(u32::MAX);
 
 /// Deepest stack of an evaluation; deeper conditions are refused.
 const DEPTH: usize = 16;
@@ -64,7 +83,27 @@ impl Condition {
         text: &str,
         variables: &BTreeMap<String, Variable>,
     ) -> Result<Condition, ConditionError> {
-        let mut reader = Reader { text, rest: text, variables, code: Vec::new(), depth: (0, 0) };
+        Self::read(text, variables, false)
+    }
+
+    /// Reads a condition for a phase that may not have all of its variables: what tests a variable that is absent does not hold.
+    ///
+    /// # Errors
+    /// As [`Condition::parse`], but for unknown variables.
+    pub fn parse_partly(
+        text: &str,
+        variables: &BTreeMap<String, Variable>,
+    ) -> Result<Condition, ConditionError> {
+        Self::read(text, variables, true)
+    }
+
+    fn read(
+        text: &str,
+        variables: &BTreeMap<String, Variable>,
+        partly: bool,
+    ) -> Result<Condition, ConditionError> {
+        let (code, depth) = (Vec::new(), (0, 0));
+        let mut reader = Reader { text, rest: text, variables, partly, code, depth };
         let result = reader.any().and_then(|()| {
             reader.space();
             match reader.rest {
@@ -84,31 +123,43 @@ impl Condition {
         Ok(Condition { text: text.to_string(), code: reader.code })
     }
 
-    /// Above zero where it holds.
+    /// Not negative where it holds; NaN where a variable that decides is absent or NaN.
     #[inline]
-    pub fn value(&self, t: f64, x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
-        self.of(t, |place| match place {
+    pub fn value(&self, t: Times, x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
+        self.margin(t, |place| match place {
             Place::X(k) => x[k as usize],
             Place::D(k) => d[k as usize],
             Place::Signal(k) => sig[k as usize],
             // Conditions of phases are read over the lanes of their own plan.
-            Place::Channel(_) => f64::NAN,
+            Place::Channel(_) | Place::Phase(_) => f64::NAN,
         })
     }
 
-    /// The same with the value of each place; not above zero where one that decides is NaN.
+    /// Whether it holds, with the value of each place. It does not hold where a variable that decides is NaN.
     #[inline]
-    pub fn of(&self, t: f64, value: impl Fn(Place) -> f64) -> f64 {
+    pub fn holds(&self, t: Times, value: impl Fn(Place) -> f64) -> bool {
+        self.margin(t, value) >= 0.0
+    }
+
+    /// Returns a number that is not negative where it holds, with the value of each place; NaN where a variable that decides is NaN.
+    #[inline]
+    pub fn margin(&self, t: Times, value: impl Fn(Place) -> f64) -> f64 {
         let mut stack = [0.0_f64; DEPTH];
         let mut n = 0;
         for code in &self.code {
             let push = match *code {
                 Code::Number(v) => v,
-                Code::Time => t,
+                Code::Time => t.time,
+                Code::PhaseTime => t.phase,
                 Code::Value(place) => value(place),
-                Code::Negate | Code::Abs => {
+                Code::Negate | Code::Abs | Code::Strict => {
                     n -= 1;
-                    if *code == Code::Abs { stack[n].abs() } else { -stack[n] }
+                    match code {
+                        Code::Abs => stack[n].abs(),
+                        Code::Strict if stack[n] == 0.0 => -f64::MIN_POSITIVE,
+                        Code::Strict => stack[n],
+                        _ => -stack[n],
+                    }
                 }
                 _ => {
                     n -= 2;
@@ -142,7 +193,7 @@ impl Condition {
 
     /// Whether it changes with time by itself.
     pub fn timed(&self) -> bool {
-        self.code.contains(&Code::Time)
+        self.code.iter().any(|c| matches!(c, Code::Time | Code::PhaseTime))
     }
 }
 
@@ -152,6 +203,8 @@ struct Reader<'a> {
     text: &'a str,
     rest: &'a str,
     variables: &'a BTreeMap<String, Variable>,
+    /// Unknown variables are absent ones.
+    partly: bool,
     code: Vec<Code>,
     /// Numbers on the stack: now, at the most.
     depth: (usize, usize),
@@ -186,8 +239,8 @@ impl<'a> Reader<'a> {
 
     fn emit(&mut self, code: Code) {
         let change = match code {
-            Code::Number(_) | Code::Time | Code::Value(_) => 1,
-            Code::Negate | Code::Abs => 0,
+            Code::Number(_) | Code::Time | Code::PhaseTime | Code::Value(_) => 1,
+            Code::Negate | Code::Abs | Code::Strict => 0,
             _ => -1,
         };
         self.depth.0 = self.depth.0.saturating_add_signed(change);
@@ -214,6 +267,12 @@ impl<'a> Reader<'a> {
     }
 
     fn test(&mut self) -> Result<(), Refusal> {
+        if self.word("not") {
+            self.test()?;
+            self.emit(Code::Negate);
+            self.emit(Code::Strict);
+            return Ok(());
+        }
         // `(a < b or c < d)` and `(a + b) * 2 < c` begin alike: try the first, go back for the second.
         let (rest, length, depth) = (self.rest, self.code.len(), self.depth);
         if self.take("(") && self.any().is_ok() && self.take(")") {
@@ -227,16 +286,34 @@ impl<'a> Reader<'a> {
         let left = self.sum()?;
         let tests = ["<=", ">=", "<", ">"];
         let Some(test) = tests.into_iter().find(|t| self.take(t)) else {
-            return Err((
-                format!("a test is missing before `{}`", self.rest),
-                "write e.g. `… < 3 m/s`".into(),
-            ));
+            if self.take("=") || self.take("!=") {
+                return Err((
+                    "`=` and `!=` are not tests".into(),
+                    "write `<=` and `>=`, joined by `and`: a number that moves is equal for an instant only".into(),
+                ));
+            }
+            // A truth value by itself.
+            let truth = left == Unit::ANY || left == Unit::ONE;
+            let ends = self.rest.is_empty() || self.rest.starts_with([')', 'a', 'o']);
+            if !(truth && ends && self.code[length..].iter().any(|c| matches!(c, Code::Value(_)))) {
+                return Err((
+                    format!("a test is missing before `{}`", self.rest),
+                    "write e.g. `… < 3 m/s`".into(),
+                ));
+            }
+            self.emit(Code::Number(0.5));
+            self.emit(Code::Subtract);
+            self.emit(Code::Strict);
+            return Ok(());
         };
         let right = self.sum()?;
         self.same(&left, &right, test)?;
         self.emit(Code::Subtract);
         if test.starts_with('<') {
             self.emit(Code::Negate);
+        }
+        if test.len() == 1 {
+            self.emit(Code::Strict);
         }
         Ok(())
     }
@@ -341,12 +418,31 @@ impl<'a> Reader<'a> {
                 (e.to_string(), "write a unit such as `m/s`, `deg` or `km`".to_string())
             })?),
         };
-        if unit.is_some() {
-            self.rest = &after[word.len()..];
-        }
-        let unit = unit.unwrap_or(Unit::ONE);
+        let unit = match unit {
+            None => Unit::ONE,
+            Some(unit) => self.longer(unit, after, word.len()),
+        };
         self.emit(Code::Number(unit.to_si(value)));
         Ok(unit)
+    }
+
+    /// A unit with the words behind it that belong to it, as in `N m` or `N m s/rad`.
+    fn longer(&mut self, mut unit: Unit, after: &'a str, mut end: usize) -> Unit {
+        loop {
+            let next = after[end..].trim_start();
+            let stop = |c: char| c.is_whitespace() || "<>()+-,".contains(c);
+            let word = next.split(stop).next().unwrap_or_default();
+            let word = word.trim_end_matches(['*', '/']);
+            let letters = word.starts_with(|c: char| c.is_alphabetic() || c == '°');
+            let to = after.len() - next.len() + word.len();
+            if !letters || matches!(word, "and" | "or" | "not") || to == end {
+                break;
+            }
+            let Ok(longer) = Unit::parse(&after[..to]) else { break };
+            (unit, end) = (longer, to);
+        }
+        self.rest = &after[end..];
+        unit
     }
 
     fn variable(&mut self) -> Result<Unit, Refusal> {
@@ -362,11 +458,15 @@ impl<'a> Reader<'a> {
             ));
         }
         self.rest = rest;
-        if path == "time" {
-            self.emit(Code::Time);
+        if path == "time" || path == "phase_time" {
+            self.emit(if path == "time" { Code::Time } else { Code::PhaseTime });
             return Ok(Unit::parse("s").unwrap_or(Unit::ONE));
         }
         let Some(v) = self.variables.get(path) else {
+            if self.partly {
+                self.emit(Code::Value(ABSENT));
+                return Ok(Unit::ANY);
+            }
             let known: Vec<&str> = self.variables.keys().map(String::as_str).collect();
             return Err((
                 format!("there is no variable `{path}`"),
@@ -401,9 +501,11 @@ mod tests {
         .into()
     }
 
+    const AT: Times = Times { time: 7.0, phase: 2.0 };
+
     fn value(text: &str) -> f64 {
         let c = Condition::parse(text, &variables()).unwrap_or_else(|e| panic!("{e}: {}", e.help));
-        c.value(7.0, &[30.0], &[-2.0], &[1.5])
+        c.value(AT, &[30.0], &[-2.0], &[1.5])
     }
 
     #[test]
@@ -420,11 +522,49 @@ mod tests {
         assert_eq!(value("A.mach * 1e2 > 1.2e+2"), 30.0);
     }
 
+    /// Tests with equality hold where both sides are equal, strict ones do not; `not` turns one into the other.
+    #[test]
+    fn equality_holds_where_it_is_written() {
+        let holds = |text: &str| value(text) >= 0.0;
+        for (text, expected) in [
+            ("A.mach <= 1.5", true),
+            ("A.mach >= 1.5", true),
+            ("A.mach < 1.5", false),
+            ("A.mach > 1.5", false),
+            ("not A.mach < 1.5", true),
+            ("not A.mach <= 1.5", false),
+            ("A.mach <= 1.5 and time > 5 s", true),
+            ("A.mach < 1.5 or time > 7 s", false),
+            ("A.mach < 1.5 or time >= 7 s", true),
+            ("phase_time >= 2 s and phase_time <= 2 s", true),
+            ("phase_time > 2 s", false),
+            ("A.mach", true),
+            ("not A.mach", false),
+            ("A.mach and not (A.mach or time < 1 s)", false),
+        ] {
+            assert_eq!(holds(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn units_may_have_blanks() {
+        let torque = Variable { unit: "N m".into(), ..variables()["A.mach"].clone() };
+        let all = [("M.torque".to_string(), torque)].into();
+        let value = |text: &str| {
+            let c = Condition::parse(text, &all).unwrap_or_else(|e| panic!("{e}: {}", e.help));
+            c.value(AT, &[], &[], &[1.5])
+        };
+        assert_eq!(value("M.torque < 10 N m"), 8.5);
+        assert_eq!(value("M.torque < 10 N m and time > 1 s"), 6.0);
+        assert_eq!(value("M.torque < 2 N m s / 1 s"), 0.5);
+        assert_eq!(value("M.torque + 1 N m > 2 kN mm"), 0.5);
+    }
+
     #[test]
     fn what_a_phase_has_not_does_not_hold() {
         let of = |text: &str| {
             let c = Condition::parse(text, &variables()).unwrap();
-            c.of(7.0, |place| if place == Place::Signal(0) { f64::NAN } else { 30.0 })
+            c.margin(AT, |place| if place == Place::Signal(0) { f64::NAN } else { 30.0 })
         };
         for text in ["A.mach < 1", "A.mach > 1", "A.mach < 1 and A.speed > 1 m/s"] {
             assert!(of(text).is_nan(), "{text}");
@@ -439,7 +579,11 @@ mod tests {
         for (text, part) in [
             ("A.mach < 3 m/s", "different quantities"),
             ("A.speed < 3", "different quantities"),
-            ("A.mach", "a test is missing"),
+            ("A.speed", "a test is missing"),
+            ("A.mach A.mach", "a test is missing"),
+            ("A.mach = 1", "not tests"),
+            ("A.speed < 1 m/s m", "different quantities"),
+            ("1", "a test is missing"),
             ("A.mack < 1", "there is no variable `A.mack`"),
             ("A.mach < ", "is missing at the end"),
             ("A.mach < 1 A", "different quantities"),

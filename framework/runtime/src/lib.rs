@@ -45,7 +45,7 @@ pub use block::{
 pub use catalogue::{Catalogue, Entry, Foreign, Making};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
-pub use condition::{Condition, ConditionError};
+pub use condition::{Condition, ConditionError, Times};
 pub use field::{Field, Seen, Shown, Shows, View};
 pub use files::Files;
 pub use linkwork_multibody::names::{did_you_mean, nearest};
@@ -54,7 +54,7 @@ pub use mechanism::{
     Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
     MechanismSpec, PlaceError, Placed, Placement, RankReport, place_on_terrain,
 };
-pub use model::{BuildError, Description, Functions, Model, Store};
+pub use model::{BuildError, Description, Fired, Functions, Model, Store};
 pub use overlay::{
     OVERLAY_PERIOD, Overlay, OverlayNews, OverlayTile, OverlayValues, SharedOverlay,
 };
@@ -67,7 +67,7 @@ pub use ports::{
     AddedMass, BodyMass, ContactLoad, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes,
     NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, Wrench,
 };
-pub use program::{Phase, PhaseSpec, Program, TransitionSpec, compile_program};
+pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
@@ -96,7 +96,7 @@ pub use world::{Geographic, PlainWorld, Vertical, World};
 pub mod prelude {
     pub use crate::{
         AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
-        Entry, Field, Files, Geographic, Gravity, Ground, Handle, HingeAccel, HingeState,
+        Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle, HingeAccel, HingeState,
         HingeTorque, Lanes, Light, Model, NodeAccel, NodeState, Overlay, OverlayTile,
         OverlayValues, PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site,
         SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction, Vertical,

@@ -25,8 +25,12 @@ pub struct Functions {
     pub deriv_outputs: bool,
     /// `direct` uses what `moore` found in the same evaluation.
     pub direct_after_moore: bool,
-    /// Numbers whose change of sign is an event.
+    /// Numbers that are events where they reach zero.
     pub guards: bool,
+    /// Its guards keep steps off the jumps and corners of its outputs ([`Model::MODES`]).
+    pub modes: bool,
+    /// Its outputs are averages over a step of a fixed method ([`Model::AVERAGES`]).
+    pub averages: bool,
     /// Its continuous state advances by a method of its own, from row to row.
     pub steps: bool,
     /// It shows something on the ground.
@@ -91,9 +95,12 @@ impl<T: Serialize + DeserializeOwned + Clone + Send + Sync + 'static> Store for 
 /// y_k   = moore(x_k, d_k), direct(x_k, d_k, ud_k)
 /// ẋ     = deriv(x, d, u, ud, yd)          at every stage of the integrator; yd: of the same evaluation
 /// d_k+1 = update(x_k, d_k, u_k, ud_k)     at the part's own ticks
-/// g     = guards(x, d, u, ud)             a change of sign is located, then
-/// x, d  = fired(which, x, d, u, ud)       at that instant
+/// g     = guards(x, d, u, ud)             where one reaches zero is located, then
+/// x, d  = fired(which, x, d, u, ud)       at that instant, once for all guards that are due
+/// d     = mode(x, d, ud)                  at rows and events, before `direct`; not within a step
 /// ```
+/// A guard with a direction is a level: where it has reached zero at the start of the run, or of the phase that brings the part,
+/// `fired` is called there. So `fired` decides from the present values, and takes [`Fired`] for the side of what is exactly at zero.
 #[allow(unused_variables)]
 pub trait Model: Sized + Send + Sync + 'static {
     /// Name in the catalogue.
@@ -104,6 +111,13 @@ pub trait Model: Sized + Send + Sync + 'static {
     const FUNCTIONS: Functions;
     /// It takes W for inertial axes: it is refused where W is a [`Site`](crate::Site) of a planet.
     const INERTIAL: bool = false;
+    /// Its outputs have jumps or corners, and its discrete state says which smooth piece holds. Within a step the piece stays, also
+    /// beyond its end; a guard ends the step there and `fired` changes the piece. [`Model::mode`] gives the piece at rows and
+    /// events. Where its outputs change at rows and events only ([`Clock::sampled`]) its guards are not watched, and `mode` alone gives the piece.
+    const MODES: bool = false;
+    /// It pushes shorter than a step may be. Where [`Clock::span`] gives a step of a fixed method, its outputs are averages over
+    /// that step, so that the step has the whole impulse. Adaptive methods follow the outputs themselves.
+    const AVERAGES: bool = false;
     /// Parameters; constant during a run.
     type Params: Params;
     /// Inputs that outputs do not see at once.
@@ -120,7 +134,7 @@ pub trait Model: Sized + Send + Sync + 'static {
     type D: Lanes;
     /// Large discrete state.
     type Store: Store;
-    /// Guards: numbers whose change of sign is an event.
+    /// Guards: numbers that are events where they reach zero.
     type G: Lanes;
 
     /// Makes the model.
@@ -182,7 +196,7 @@ pub trait Model: Sized + Send + Sync + 'static {
     ) -> Self::D {
         Self::D::zero()
     }
-    /// Numbers whose change of sign is an event: continuous between events.
+    /// Numbers that are events where they reach zero: continuous between events.
     fn guards(
         &self,
         c: &Clock,
@@ -194,12 +208,26 @@ pub trait Model: Sized + Send + Sync + 'static {
     ) -> Self::G {
         Self::G::zero()
     }
-    /// State after the guard `which` (its place among the lanes of `G`) changed sign. Outputs and
-    /// inputs are those of the instant before.
+    /// The discrete state that follows from the present levels, for a model with [`Model::MODES`]: the piece that holds. A level
+    /// that is at the end of its piece but for round-off keeps the piece; the guard decides there.
+    fn mode(
+        &self,
+        c: &Clock,
+        x: &Self::X,
+        d: &Self::D,
+        ud: &Self::Ud,
+        store: &Self::Store,
+    ) -> Self::D {
+        let mut lanes = vec![0.0; Self::D::N];
+        d.put(&mut lanes);
+        Self::D::get(&lanes)
+    }
+    /// State after guards reached zero; `which` says which of them, by their places among the lanes of `G`, and which way they
+    /// went. Called once for all that are due at one instant. Outputs and inputs are those of the instant before.
     fn fired(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         x: &Self::X,
         d: &Self::D,
         u: &Self::U,
@@ -225,13 +253,13 @@ pub trait Model: Sized + Send + Sync + 'static {
     ) -> Vec<BuildError> {
         Vec::new()
     }
-    /// What it has to say when the guard `which` fires, before [`Model::fired`]: allowed and probably not meant. It is told once in a
-    /// run for each guard, and the run goes on; or it [stops](BuildError::stops) the run at that instant. What `direct` and `deriv`
+    /// What it has to say when a guard is due, before [`Model::fired`]: allowed and probably not meant. Asked for each guard by
+    /// itself, so that one guard of `which` is due. It is told once in a run for each guard, and the run goes on; or it [stops](BuildError::stops) the run at that instant. What `direct` and `deriv`
     /// give beyond the guard are still numbers: steps are tried there before the guard is located.
     fn tells(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         x: &Self::X,
         d: &Self::D,
         u: &Self::U,
@@ -243,6 +271,39 @@ pub trait Model: Sized + Send + Sync + 'static {
     /// What it shows on the ground, for viewers and logs: a copy of what is to be drawn, cheap since it is made while the run waits.
     fn overlay(&self, store: &Self::Store) -> Option<SharedOverlay> {
         None
+    }
+}
+
+/// The guards of one part that are due at one instant, by their places among the lanes of `G`.
+#[derive(Clone, Copy, Debug)]
+pub struct Fired<'a>(&'a [i8]);
+
+impl<'a> Fired<'a> {
+    /// For each guard 1 where it rose to zero or beyond, −1 where it fell to zero or beyond, 0 where it is not due.
+    pub fn new(ways: &'a [i8]) -> Fired<'a> {
+        Fired(ways)
+    }
+    /// One guard that rose, of at most eight: for a test of a model.
+    pub fn rising(which: usize) -> Fired<'static> {
+        const ONE: [i8; 15] = [0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0];
+        Fired(&ONE[7 - which..])
+    }
+    /// One guard that fell, of at most eight: for a test of a model.
+    pub fn falling(which: usize) -> Fired<'static> {
+        const ONE: [i8; 15] = [0, 0, 0, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 0, 0];
+        Fired(&ONE[7 - which..])
+    }
+    /// Whether this guard is due.
+    pub fn is_due(self, which: usize) -> bool {
+        self.0.get(which).is_some_and(|way| *way != 0)
+    }
+    /// Whether this guard is due and came from below zero.
+    pub fn rose(self, which: usize) -> bool {
+        self.0.get(which).is_some_and(|way| *way > 0)
+    }
+    /// Whether this guard is due and came from above zero.
+    pub fn fell(self, which: usize) -> bool {
+        self.0.get(which).is_some_and(|way| *way < 0)
     }
 }
 
@@ -301,7 +362,7 @@ impl Description {
         Description {
             name: M::NAME.into(),
             doc: M::DOC.into(),
-            functions: M::FUNCTIONS,
+            functions: Functions { modes: M::MODES, averages: M::AVERAGES, ..M::FUNCTIONS },
             params: M::Params::specs(),
             inputs: M::U::specs(),
             direct_inputs: M::Ud::specs(),

@@ -79,6 +79,14 @@ pub struct Plan {
     pub guard_ops: Vec<u32>,
     /// What signals follow from.
     pub(crate) flow: Flow,
+    /// Whether a guard may reach zero between rows: else they are looked at at rows and events only.
+    pub located: bool,
+    /// For each part whether it has modes ([`crate::Model::MODES`]); empty when none has.
+    pub moded: Vec<bool>,
+    /// Whether a part gives averages over a step of a fixed method ([`crate::Model::AVERAGES`]).
+    pub averages: bool,
+    /// How many conditions the run watches.
+    pub watches: u32,
     /// Source lanes of the reductions.
     pub sums: Vec<Sum>,
     /// Algebraic loops that are solved.
@@ -183,7 +191,7 @@ pub struct Integration {
 pub struct GuardPlan {
     /// `<part>.<guard>`, or the condition as written.
     pub name: String,
-    /// Which change of sign is an event.
+    /// From which side it reaches its threshold at zero.
     pub direction: Direction,
     /// What happens then.
     pub fires: Fires,
@@ -210,6 +218,11 @@ pub enum Fires {
     Transition {
         /// Its place in the program.
         to: u32,
+    },
+    /// A condition that the run watches: the instant is noted, and [`crate::Simulation::step_watched`] stops there.
+    Watch {
+        /// Its place among [`crate::PhaseSpec::watches`].
+        which: u32,
     },
 }
 
@@ -323,6 +336,8 @@ pub enum Place {
     Signal(u32),
     /// A variable of a program with several phases: each has it in another lane, or not at all.
     Channel(u32),
+    /// When a phase of the program began last (s); NaN before it has begun.
+    Phase(u32),
 }
 
 /// What a variable is.

@@ -1,11 +1,13 @@
 //! A program: phases, each a plan of its own, and the conditions on which a run goes from one to another.
 //! All are compiled before the first step, so that a mistake in the last is found at load.
 use crate::catalogue::Catalogue;
-use crate::compile::{WhenSpec, Within, common_tick, compile_phase};
+use crate::compile::{WatchedSpec, WhenSpec, Within, common_tick, compile_phase};
+use crate::condition::Condition;
 use crate::files::Files;
 use crate::identity::Identity;
 use crate::noise;
-use crate::plan::{Fires, Place, Plan, Variable};
+use crate::plan::{Fires, Place, Plan, Role, Variable};
+use crate::ports::PortKind;
 use crate::services::ServiceKind;
 use crate::spec::Spec;
 use crate::step::Route;
@@ -23,6 +25,20 @@ pub struct PhaseSpec {
     pub spec: Spec,
     /// Where to go from here, and when; of several that hold at one instant the first is taken.
     pub transitions: Vec<TransitionSpec>,
+    /// What the run watches in every phase; the same in all of them.
+    pub watches: Vec<WatchSpec>,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// A condition that the run watches: the instant from which it holds is located, and [`crate::Simulation::step_watched`] stops there.
+/// In a phase that does not have all of its variables, tests of those that are absent do not hold.
+#[derive(Clone, Debug)]
+pub struct WatchSpec {
+    /// What it is for, as errors begin: `stop_when`.
+    pub of: String,
+    /// Condition over the variables of all phases.
+    pub when: String,
     /// Where it is written.
     pub origin: Origin,
 }
@@ -55,6 +71,9 @@ pub struct Phase {
     /// Its plan.
     pub plan: Arc<Plan>,
 }
+
+/// Where the times of phases are: `Phases.<phase>` is when it began last (s).
+const PHASES: &str = "Phases";
 
 impl Program {
     /// Hash over all plans.
@@ -114,7 +133,7 @@ fn channels(phases: &[(String, Plan)]) -> (BTreeMap<String, Variable>, Vec<Vec<O
             Place::Signal(k) => (0, k),
             Place::X(k) => (1, k),
             Place::D(k) => (2, k),
-            Place::Channel(k) => (3, k),
+            Place::Channel(k) | Place::Phase(k) => (3, k),
         });
         for (path, v) in lanes {
             if !variables.contains_key(path) {
@@ -123,7 +142,31 @@ fn channels(phases: &[(String, Plan)]) -> (BTreeMap<String, Variable>, Vec<Vec<O
             }
         }
     }
+    let mut times = Vec::new();
+    for (phase, (name, _)) in (0..).zip(phases) {
+        let path = format!("{PHASES}.{name}");
+        if variables.contains_key(&path) {
+            continue;
+        }
+        times.push((variables.len(), phase));
+        let place = Place::Channel(variables.len() as u32);
+        let doc = "Time at which this phase began last; none before it has begun.";
+        let began = Variable {
+            place,
+            role: Role::Output,
+            unit: "s".into(),
+            doc: doc.into(),
+            kind: PortKind::Numbers,
+            part: PHASES.into(),
+        };
+        variables.insert(path, began);
+    }
     let mut table = vec![vec![None; variables.len()]; phases.len()];
+    for row in &mut table {
+        for &(channel, phase) in &times {
+            row[channel] = Some(Place::Phase(phase));
+        }
+    }
     for (row, (_, plan)) in table.iter_mut().zip(phases) {
         for (path, v) in &*plan.lanes {
             if let Some(Place::Channel(k)) = variables.get(path).map(|v| v.place) {
@@ -158,7 +201,8 @@ pub fn compile_program(
         let whens = (phase.transitions.iter())
             .filter_map(|t| Some(WhenSpec { to: place(&t.to)?, when: &t.when, origin: t.origin }))
             .collect();
-        let within = Within { whens, tick };
+        let watches = phase.watches.iter().map(|w| WatchedSpec { when: &w.when }).collect();
+        let within = Within { whens, watches, tick };
         match compile_phase(&phase.spec, &within, catalogue, files) {
             Ok(plan) => compiled.push((phase.name.clone(), plan)),
             Err(Faults(found)) => {
@@ -175,6 +219,9 @@ pub fn compile_program(
         }
     }
     faults.extend(carried(&compiled));
+    if faults.is_empty() && compiled.len() == phases.len() {
+        faults.extend(unreadable(phases, &compiled));
+    }
     if !faults.is_empty() {
         faults.sort_by_key(|f| f.origin);
         return Err(Faults(faults));
@@ -206,6 +253,31 @@ fn another_world(phases: &[PhaseSpec], catalogue: &Catalogue) -> Vec<Fault> {
         Fault::new(origin, fact).help("state `world` once, outside the phases")
     });
     wrong.collect()
+}
+
+/// Watched conditions that cannot be read over the variables of all phases, or in which nothing changes.
+fn unreadable(phases: &[PhaseSpec], compiled: &[(String, Plan)]) -> Vec<Fault> {
+    let mut variables: BTreeMap<String, Variable> = BTreeMap::new();
+    for (path, v) in compiled.iter().flat_map(|(_, plan)| plan.lanes.iter()) {
+        variables.entry(path.clone()).or_insert_with(|| v.clone());
+    }
+    let mut faults = Vec::new();
+    for watch in phases.first().iter().flat_map(|p| &p.watches) {
+        let read = Condition::parse(&watch.when, &variables);
+        let said = match read {
+            Err(e) => Some((e.message, e.help)),
+            Ok(when) if !when.timed() && when.places().next().is_none() => Some((
+                format!("condition `{}`: nothing in it ever changes", watch.when),
+                "test a state, an output that varies, or `time`".to_string(),
+            )),
+            Ok(_) => None,
+        };
+        if let Some((fact, help)) = said {
+            let fact = format!("{}: {fact}", watch.of);
+            faults.push(Fault::new(watch.origin, fact).help(help));
+        }
+    }
+    faults
 }
 
 /// Parts that would go from phase to phase, and have a store that cannot.

@@ -446,7 +446,7 @@ impl Window {
 }
 
 fn holds(around: &Around, sim: &Simulation) -> bool {
-    around.when.of(sim.time(), |place| sim.value(place)) > 0.0
+    sim.holds(&around.when)
 }
 
 fn one(a: f64, b: f64) -> bool {

@@ -2,7 +2,7 @@
 //! slices in the order of the ports; the scheduler sees the same block as of any other model.
 use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into, read_store, store_bytes};
 use crate::field::Shown;
-use crate::model::{BuildError, Description, Functions, Store, lanes};
+use crate::model::{BuildError, Description, Fired, Functions, Store, lanes};
 use crate::params::Params;
 use crate::ports::{PortSpec, Text};
 use crate::time::Clock;
@@ -77,11 +77,11 @@ pub trait SizedModel: Sized + Send + Sync + 'static {
     fn update(&self, c: &Clock, x: &[f64], d: &mut [f64], u: &[f64], store: &mut Self::Store) {}
     /// Values of the guards.
     fn guards(&self, c: &Clock, x: &[f64], d: &[f64], u: &[f64], s: &Self::Store, g: &mut [f64]) {}
-    /// State after guard `which` changed sign, in place.
+    /// State after guards reached zero, in place: called once for all that are due at one instant.
     fn fired(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         x: &mut [f64],
         d: &mut [f64],
         u: &[f64],
@@ -230,7 +230,7 @@ impl<M: SizedModel> Block for WiredSized<M> {
     fn fired(
         &mut self,
         now: &Now,
-        which: usize,
+        which: Fired<'_>,
         x: &mut [f64],
         d: &mut [f64],
         sig: &[f64],

@@ -154,12 +154,18 @@ pub struct Clock {
     pub n: u64,
     /// Key of the noise: hash of (seed, path).
     pub key: u64,
+    /// Whether its outputs change at rows and events only, since it has a rate or inputs that do: no event then corrects
+    /// [`Model::mode`](crate::Model::mode).
+    pub sampled: bool,
+    /// Begin and end (s) of the step of a fixed method that an evaluation belongs to: what a model with
+    /// [averages](crate::Model::AVERAGES) gives then acts over all of it.
+    pub span: Option<[f64; 2]>,
 }
 
 impl Clock {
     /// A clock for a unit test.
     pub fn at(t: f64, dt: f64, n: u64) -> Clock {
-        Clock { t, dt, n, key: 1 }
+        Clock { t, dt, n, key: 1, sampled: false, span: None }
     }
 
     /// A number in [0, 1), the same whenever asked for this (seed, path, sample, lane).

@@ -67,7 +67,7 @@ impl Model for Ball {
     fn guards(&self, _: &Clock, x: &Fall) -> Ground {
         Ground { gap: x.height }
     }
-    fn fired(&self, c: &Clock, _: usize, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
+    fn fired(&self, c: &Clock, _: Fired<'_>, x: &Fall, d: &Impacts) -> (Fall, Impacts) {
         let speed = -self.p.restitution * x.speed;
         (Fall { height: 0.0, speed }, Impacts { count: d.count + 1.0, last: c.t })
     }
@@ -80,7 +80,7 @@ pub struct ChainParams {
 }
 /// A count.
 #[derive(Ports, Clone, Copy, Debug)]
-pub struct Fired {
+pub struct Count {
     /// Count.
     #[port("1")]
     n: f64,
@@ -101,17 +101,17 @@ pub struct Link {
 impl Model for Link {
     type Params = ChainParams;
     type U = Required;
-    type Ym = Fired;
-    type D = Fired;
+    type Ym = Count;
+    type D = Count;
     type G = Passed;
-    fn moore(&self, _: &Clock, _: &(), d: &Fired) -> Fired {
+    fn moore(&self, _: &Clock, _: &(), d: &Count) -> Count {
         *d
     }
-    fn guards(&self, _: &Clock, _: &(), _: &Fired, u: &Required) -> Passed {
+    fn guards(&self, _: &Clock, _: &(), _: &Count, u: &Required) -> Passed {
         Passed { over: u.u - self.p.at }
     }
-    fn fired(&self, _: &Clock, _: usize, _: &(), d: &Fired) -> ((), Fired) {
-        ((), Fired { n: d.n + 1.0 })
+    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Count) -> ((), Count) {
+        ((), Count { n: d.n + 1.0 })
     }
 }
 /// Two thresholds on time, wired to each other's count: fires itself without end.
@@ -122,18 +122,18 @@ pub struct Flip {
 #[model("t.flip")]
 impl Model for Flip {
     type Params = ChainParams;
-    type Ym = Fired;
-    type D = Fired;
+    type Ym = Count;
+    type D = Count;
     type G = Passed2;
-    fn moore(&self, _: &Clock, _: &(), d: &Fired) -> Fired {
+    fn moore(&self, _: &Clock, _: &(), d: &Count) -> Count {
         *d
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Fired) -> Passed2 {
+    fn guards(&self, c: &Clock, _: &(), d: &Count) -> Passed2 {
         let side = if (d.n as u64).is_multiple_of(2) { 1.0 } else { -1.0 };
         Passed2 { a: side * (c.t - self.p.at), b: side }
     }
-    fn fired(&self, _: &Clock, _: usize, _: &(), d: &Fired) -> ((), Fired) {
-        ((), Fired { n: d.n + 1.0 })
+    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Count) -> ((), Count) {
+        ((), Count { n: d.n + 1.0 })
     }
 }
 /// Two guards.
@@ -204,7 +204,7 @@ impl Model for Growth {
     fn guards(&self, _: &Clock, x: &Fall) -> Corner {
         Corner { side: x.height - 1.0 }
     }
-    fn fired(&self, _: &Clock, _: usize, x: &Fall) -> (Fall, ()) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Fall) -> (Fall, ()) {
         (*x, ())
     }
 }
@@ -354,7 +354,7 @@ fn a_cascade_runs_through_links_at_one_instant_and_can_be_cut_anywhere() {
     // Cut after every stop, the cascade included, by a checkpoint and by a snapshot.
     let (mut sim, mut snapshot, mut events) =
         (Simulation::new(plan.clone()), Snapshot::default(), 0);
-    while sim.before(seconds(1.0)) || sim.state().guards.iter().any(|g| g.due) {
+    while sim.before(seconds(1.0)) || sim.state().guards.iter().any(|g| g.is_due()) {
         events += u32::from(sim.step_event().unwrap() == Stop::Event);
         let checkpoint = sim.checkpoint("").unwrap();
         let mut fresh = Simulation::new(plan.clone());
@@ -485,6 +485,7 @@ fn guards_that_are_not_declared_right_do_not_compile_a_plan() {
                 when: when.into(),
                 origin: Origin::NONE,
             }],
+            watches: Vec::new(),
             origin: Origin::NONE,
         };
         let phases = [phase("a", "b", text), phase("b", "a", "time > 1 s")];
@@ -511,6 +512,7 @@ fn the_graph_of_phases_is_checked_at_load() {
                 origin: Origin::NONE,
             })
             .collect(),
+        watches: Vec::new(),
         origin: Origin::NONE,
     };
     let told = |phases: &[PhaseSpec]| match compile_program(phases, &all(), &Files::default()) {

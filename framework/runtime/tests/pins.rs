@@ -281,6 +281,7 @@ fn phases() -> Arc<Program> {
                 origin: Origin::NONE,
             })
             .collect(),
+        watches: Vec::new(),
         origin: Origin::NONE,
     };
     let mut first = both();

@@ -58,14 +58,14 @@ impl SizedModel for Fleet {
     fn fired(
         &self,
         _: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &mut [f64],
         d: &mut [f64],
         _: &[f64],
         store: &mut Vec<u32>,
     ) {
         d[0] += 1.0;
-        store.push(which as u32);
+        store.extend((0..d.len() as u32 + 9).filter(|k| which.is_due(*k as usize)));
     }
 }
 

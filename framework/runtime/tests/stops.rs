@@ -61,10 +61,10 @@ impl Model for Table {
     fn guards(&self, _: &Clock, x: &X) -> Inside {
         Inside { inside: self.p.end - x.x }
     }
-    fn fired(&self, _: &Clock, _: usize, x: &X, d: &LeftAt) -> (X, LeftAt) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &X, d: &LeftAt) -> (X, LeftAt) {
         (*x, LeftAt { count: d.count + 1.0 })
     }
-    fn tells(&self, _: &Clock, _: usize, x: &X) -> Option<BuildError> {
+    fn tells(&self, _: &Clock, _: Fired<'_>, x: &X) -> Option<BuildError> {
         Some(self.says(x.x))
     }
     fn remarks(&self, _: &Clock, x: &X) -> Vec<BuildError> {
@@ -110,7 +110,7 @@ fn phase(name: &str, spec: Spec, to: &[(&str, &str)]) -> PhaseSpec {
         origin: Origin::NONE,
     };
     let transitions = to.iter().map(transition).collect();
-    PhaseSpec { name: name.into(), spec, transitions, origin: Origin::NONE }
+    PhaseSpec { name: name.into(), spec, transitions, watches: Vec::new(), origin: Origin::NONE }
 }
 
 const WORDS: [&str; 2] = ["`cell.table`: 1.000000 is beyond 1", "help: extend the table"];

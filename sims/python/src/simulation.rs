@@ -1,7 +1,7 @@
 //! `Simulation`: a run of a RON simulation; variables by path, callbacks, logs, checkpoints.
 use crate::array::{Array1, out1};
 use crate::core::{Core, GRAVITY, lock};
-use crate::error::{no_variable, refuse, refuse_with, run_failed};
+use crate::error::{refuse, refuse_with, run_failed};
 use crate::files::{self, Ready};
 use crate::mechanism::Mechanism;
 use crate::parts;
@@ -9,7 +9,7 @@ use crate::running::{Running, Stopped};
 use crate::values::{overrides, period, seconds};
 use linkwork_assembly::{BodyShape, LogRule};
 use linkwork_runner::Goal;
-use linkwork_runtime::{self as runtime, Checkpoint, Place, Plan, Program, Seconds};
+use linkwork_runtime::{self as runtime, Checkpoint, Plan, Program, Seconds};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -46,7 +46,7 @@ pub struct Simulation {
     shapes: Arc<Vec<Vec<BodyShape>>>,
     rules: Vec<LogRule>,
     until: Option<Seconds>,
-    stop_when: Option<Place>,
+    stop_when: Option<u32>,
     running: Mutex<Running>,
     busy: AtomicBool,
     /// Threads that wait for a turn while the run steps.
@@ -65,12 +65,7 @@ impl Drop for Busy<'_> {
 impl Simulation {
     /// A run at its start, to an end that replaces the file's.
     pub fn from_ready(py: Python<'_>, ready: Ready, until: Option<Seconds>) -> PyResult<Self> {
-        let stop_when = match &ready.loaded.simulation.stop_when {
-            Some(text) => {
-                Some(ready.plan().variable(&text.text).map_err(|e| no_variable(&e))?.place)
-            }
-            None => None,
-        };
+        let stop_when = ready.loaded.simulation.stop_when.as_ref().map(|_| 0);
         let file = ready.loaded.simulation;
         let program = Arc::new(ready.program);
         let sim = runtime::Simulation::of(program.clone());
@@ -327,6 +322,20 @@ impl Simulation {
     fn step(slf: &Bound<'_, Self>, n: u64) -> PyResult<()> {
         Self::advance(slf, Goal { steps: Some(n), ..Goal::default() })
     }
+    /// Advances to the next row or event, and returns which: "row" or "event".
+    ///
+    /// Events of one instant come one at a time. Between two rows the state is that of the event, and `time` is its instant.
+    /// Raises LinkworkError when a state is no number any more, and inside a function of `at` or `every`.
+    ///
+    /// >>> ball = linkwork.Simulation("sims/bouncing_ball")
+    /// >>> while ball.step_event() != "event": pass
+    /// >>> ball["Ball.impacts"]
+    /// 1.0
+    fn step_event(slf: &Bound<'_, Self>) -> PyResult<&'static str> {
+        Self::advance(slf, Goal { events: Some(1), ..Goal::default() })?;
+        let at_row = slf.get().with(slf.py(), |r| r.sim().state().since == 0.0)?;
+        Ok(if at_row { "row" } else { "event" })
+    }
     /// Runs to the first tick at or after t (s, or a text such as "2 min"). Cutting a run into
     /// pieces changes no bit of it. Raises LinkworkError when a state is no number any more.
     ///
@@ -352,7 +361,7 @@ impl Simulation {
                 "give until=.., write `until` in the file, or call run_until(t)",
             ));
         }
-        Self::advance(slf, Goal { until: this.until, stop_when: this.stop_when, steps: None })
+        Self::advance(slf, Goal { until: this.until, stop_when: this.stop_when, ..Goal::default() })
     }
 
     /// Calls `function(simulation)` rate times a second: at the first tick at or after each

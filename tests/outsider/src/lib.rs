@@ -134,9 +134,11 @@ impl SizedModel for Tanks {
     fn guards(&self, _: &Clock, x: &[f64], _: &[f64], _: &[f64], _: &(), g: &mut [f64]) {
         g.copy_from_slice(x);
     }
-    fn fired(&self, _: &Clock, k: usize, x: &mut [f64], d: &mut [f64], _: &[f64], _: &mut ()) {
-        (x[k], d[k]) = (0.0, 1.0);
-        d[x.len()] += 1.0;
+    fn fired(&self, _: &Clock, k: Fired<'_>, x: &mut [f64], d: &mut [f64], _: &[f64], _: &mut ()) {
+        for i in (0..x.len()).filter(|i| k.is_due(*i)) {
+            (x[i], d[i]) = (0.0, 1.0);
+            d[x.len()] += 1.0;
+        }
     }
 }
 

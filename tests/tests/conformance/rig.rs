@@ -80,7 +80,7 @@ impl Rig {
     pub fn step(&mut self) {
         let t = STEP * self.tick as f64;
         let evaluation = Evaluation::Tick;
-        let now = Now { t, dt: STEP, tick: self.tick, evaluation, number: self.tick };
+        let now = Now { t, dt: STEP, tick: self.tick, evaluation, span: None, number: self.tick };
         let mut at = 0;
         for spec in self.description.inputs.iter().chain(&self.description.direct_inputs) {
             move_input(spec, at, t, &mut self.sig[at..at + spec.lanes]);
@@ -92,6 +92,9 @@ impl Rig {
         for _ in 0..self.repeats {
             if f.moore && (due || continuous) {
                 self.block.moore(&now, &self.x, &self.d, &mut self.sig).unwrap();
+            }
+            if f.modes && (due || continuous) {
+                self.block.mode(&now, &self.x, &mut self.d, &self.sig).unwrap();
             }
             if f.direct && (due || continuous) {
                 self.block.direct(&now, &self.x, &self.d, &mut self.sig).unwrap();
@@ -124,7 +127,10 @@ impl Rig {
         for k in 0..self.values.len() {
             let value = self.values[k];
             if value * self.guards[k] < 0.0 {
-                self.block.fired(now, k, &mut self.x, &mut self.d, &self.sig).unwrap();
+                let mut ways = vec![0; self.values.len()];
+                ways[k] = if value > 0.0 { 1 } else { -1 };
+                let which = Fired::new(&ways);
+                self.block.fired(now, which, &mut self.x, &mut self.d, &self.sig).unwrap();
             }
             self.guards[k] = value;
         }

@@ -107,13 +107,13 @@ impl Model for Touch {
         let since = if d.contact < 0.0 { -1.0 } else { c.t - d.contact - delay };
         TouchGuards { height, force, ignition: since, end: since - burn }
     }
-    fn fired(&self, c: &Clock, which: usize, _: &(), d: &Touched) -> ((), Touched) {
-        let next = match which {
-            0 if d.contact < 0.0 => Touched { contact: c.t, presses: true, ..*d },
-            1 => Touched { release: c.t, presses: false, ..*d },
-            2 => Touched { burns: true, ..*d },
-            3 => Touched { burns: false, ..*d },
-            _ => *d,
+    fn fired(&self, c: &Clock, which: Fired<'_>, _: &(), d: &Touched) -> ((), Touched) {
+        let next = match () {
+            () if which.fell(0) && d.contact < 0.0 => Touched { contact: c.t, presses: true, ..*d },
+            () if which.fell(1) => Touched { release: c.t, presses: false, ..*d },
+            () if which.rose(2) => Touched { burns: true, ..*d },
+            () if which.rose(3) => Touched { burns: false, ..*d },
+            () => *d,
         };
         ((), next)
     }

@@ -3,8 +3,10 @@
 mod allocation;
 mod camera;
 mod campaigns;
+mod conditions;
 mod determinism;
 mod figures;
+mod jumps;
 mod linear;
 mod masses;
 mod power;

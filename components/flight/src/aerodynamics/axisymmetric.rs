@@ -128,22 +128,20 @@ pub struct Left {
 /// The edge of the tables, or of where a closed form holds.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Edge {
-    /// How far inside the range of the coefficients, as a share of its width.
-    #[port("1", falling)]
-    pub inside: f64,
-    /// The same, for a flow that comes in: the corner that the coefficients have there.
-    #[port("1", rising)]
-    pub comes_in: f64,
+    /// How far outside the range of the coefficients, as a share of its width; below zero inside. An event in both directions,
+    /// since the coefficients have a corner there.
+    #[port("1")]
+    pub outside: f64,
 }
 
 impl Edge {
     /// Of a flow so far inside.
     pub(super) fn at(inside: f64) -> Edge {
-        Edge { inside, comes_in: inside }
+        Edge { outside: -inside }
     }
 }
 
-/// The guard at which a flow leaves, by its place in [`Edge`].
+/// The guard at which a flow leaves, where it rises, by its place in [`Edge`].
 pub(super) const LEAVES: usize = 0;
 
 /// What is said of a flow that `does` so to the tables, at a place that `reach` compares with their ends.
@@ -165,13 +163,13 @@ pub(super) fn remark(
 /// What is said of a flow that leaves the tables; that it comes in is an event without words.
 pub(super) fn leaves(
     outside: Outside,
-    which: usize,
+    which: Fired<'_>,
     reach: impl FnOnce() -> String,
     was: &Left,
 ) -> Option<BuildError> {
     // What was clamped once is told no more; what is to stop stops, whatever it was told before.
     let silent = was.outside && outside == Outside::Clamp;
-    (which == LEAVES && !silent).then(|| beyond(outside, "leaves the tables,", reach))
+    (which.rose(LEAVES) && !silent).then(|| beyond(outside, "leaves the tables,", reach))
 }
 
 /// What coefficients of an axisymmetric body are multiplied with.
@@ -320,13 +318,13 @@ impl Model for Axisymmetric {
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
         Edge::at(self.air(c.t, u).1)
     }
-    fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
-        (*x, Left { outside: true })
+    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Heat, d: &Left) -> (Heat, Left) {
+        (*x, Left { outside: d.outside || which.rose(LEAVES) })
     }
     fn tells(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &Heat,
         d: &Left,
         _: &(),
@@ -457,9 +455,9 @@ mod tests {
         let (c, x, d) = (Clock::at(0.0, 0.01, 0), Heat { load: 3.0 }, Left { outside: false });
         for (outside, stops) in [(Outside::Clamp, false), (Outside::Stop, true)] {
             let m = capsule(outside);
-            assert!(m.guards(&c, &x, &d, &(), &u, &()).inside < 0.0);
+            assert!(m.guards(&c, &x, &d, &(), &u, &()).outside > 0.0);
             let (told, begins) = (
-                m.tells(&c, 0, &x, &d, &(), &u, &()).unwrap(),
+                m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &()).unwrap(),
                 m.remarks(&c, &x, &d, &(), &u, &()),
             );
             for (told, does) in [(&told, "leaves"), (&begins[0], "begins outside")] {
@@ -470,9 +468,12 @@ mod tests {
             }
         }
         let m = capsule(Outside::Clamp);
-        let (x, d) = m.fired(&c, 0, &x, &d, &(), &u, &mut ());
+        let (x, d) = m.fired(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &mut ());
         let y = m.moore(&c, &x, &d, &());
         assert!(y.outside && y.heat_load == 3.0);
-        assert!(m.tells(&c, 0, &x, &d, &(), &u, &()).is_none(), "it is said once");
+        assert!(
+            m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &()).is_none(),
+            "it is said once"
+        );
     }
 }

@@ -63,8 +63,8 @@ fn units_axes_and_controls_are_those_of_the_file() {
     let body = NodeState { velocity, ..NodeState::identity() };
     let u = DaveIn { body, controls: [0.0; CONTROLS], gust: Vec3::zeros() };
     let (c, d) = (Clock::at(0.0, 0.01, 0), Left { outside: false });
-    assert!(m.guards(&c, &(), &d, &(), &u, &()).inside < 0.0);
-    let told = m.tells(&c, 0, &(), &d, &(), &u, &()).unwrap();
+    assert!(m.guards(&c, &(), &d, &(), &u, &()).outside > 0.0);
+    let told = m.tells(&c, Fired::rising(LEAVES), &(), &d, &(), &u, &()).unwrap();
     let words = "leaves the tables, those of wing.dml, at Mach 0.2941, α 28.65 deg, β 0.00 deg";
     assert!(told.stops && told.message.contains(words), "{}", told.message);
     assert!(m.remarks(&c, &(), &d, &(), &u, &())[0].stops);

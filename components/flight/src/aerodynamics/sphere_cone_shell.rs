@@ -151,19 +151,19 @@ impl Model for SphereConeShell {
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
         Edge::at(self.air(c.t, u).1)
     }
-    fn fired(&self, _: &Clock, _: usize, x: &Heat, _: &Left) -> (Heat, Left) {
-        (*x, Left { outside: true })
+    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Heat, d: &Left) -> (Heat, Left) {
+        (*x, Left { outside: d.outside || which.rose(LEAVES) })
     }
     fn tells(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &Heat,
         d: &Left,
         _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        (which == LEAVES && !d.outside).then(|| self.beyond("goes on", &self.air(c.t, u).0))
+        (which.rose(LEAVES) && !d.outside).then(|| self.beyond("goes on", &self.air(c.t, u).0))
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         let (a, inside) = self.air(c.t, u);
@@ -312,20 +312,23 @@ mod tests {
         let (c, (x, d)) = (Clock::at(0.0, 0.01, 0), STATE);
         let m = shell(SphereConeParams { half_angle: 0.5, ..params() });
         let edge = m.guards(&c, &x, &d, &(), &inputs(0.4, 0.0, 900.0, Vec3::zeros()), &());
-        assert!((edge.inside - 0.2).abs() < 1e-12, "{edge:?}");
+        assert!((edge.outside + 0.2).abs() < 1e-12, "{edge:?}");
         let (end, beyond) = (coefficients(&m, 0.5, 0.0), coefficients(&m, 0.8, 0.0));
         assert!((0..3).all(|k| (end[k] - beyond[k]).abs() < 1e-12), "{end:?} {beyond:?}");
         let u = inputs(0.8, 0.0, 900.0, Vec3::zeros());
-        assert!(m.guards(&c, &x, &d, &(), &u, &()).inside < 0.0);
+        assert!(m.guards(&c, &x, &d, &(), &u, &()).outside > 0.0);
         let begins = m.remarks(&c, &x, &d, &(), &u, &());
         assert!(begins.len() == 1 && begins[0].message.contains("45.84 deg, above"));
         assert!(begins[0].param.as_deref() == Some("outside") && begins[0].help.is_some());
-        let told = m.tells(&c, 0, &x, &d, &(), &u, &()).unwrap();
+        let told = m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &()).unwrap();
         assert!(told.message.contains("half-angle of 28.65 deg"), "{}", told.message);
-        let (x, d) = m.fired(&c, 0, &Heat { load: 3.0 }, &d, &(), &u, &mut ());
+        let (x, d) = m.fired(&c, Fired::rising(LEAVES), &Heat { load: 3.0 }, &d, &(), &u, &mut ());
         let y = m.moore(&c, &x, &d, &());
         assert!(y.outside && y.heat_load == 3.0);
-        assert!(m.tells(&c, 0, &x, &d, &(), &u, &()).is_none(), "it is said once");
+        assert!(
+            m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &u, &()).is_none(),
+            "it is said once"
+        );
         let near = inputs(0.4, 0.0, 900.0, Vec3::zeros());
         assert!(m.remarks(&c, &x, &d, &(), &near, &()).is_empty());
         let stops = shell(SphereConeParams { half_angle: 0.5, outside: Outside::Stop, ..params() });
@@ -333,7 +336,7 @@ mod tests {
         assert_eq!(at(&stops, &u), at(&m, &u));
         let (begins, told) =
             (stops.remarks(&c, &x, &STATE.1, &(), &u, &()), |m: &SphereConeShell| {
-                m.tells(&c, 0, &x, &STATE.1, &(), &u, &()).unwrap()
+                m.tells(&c, Fired::rising(LEAVES), &x, &STATE.1, &(), &u, &()).unwrap()
             });
         assert!(begins.len() == 1 && begins[0].stops && told(&stops).stops && !told(&m).stops);
         assert!(told(&stops).help.unwrap().contains("`outside: clamp`"));

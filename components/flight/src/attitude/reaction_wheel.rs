@@ -4,6 +4,7 @@
 //! ḣ = u − τ_f(Ω)             Ω = h/J − g · ω
 //! on the body: M = −(u − τ_f) g − ω × h g + imbalance
 //! τ_f = (T_c + (T_s − T_c) e^(−(Ω/Ω_s)²)) tanh(Ω/ε) + b Ω       Coulomb, Stribeck, viscous
+//! |Ω| ≥ Ω_max: the motor gives no more than friction takes, until |Ω| < 0.999 Ω_max or the command brakes
 //! static imbalance   F = U_s Ω² a(θ)       dynamic   T = U_d Ω² a(θ)       θ̇ = Ω,  a ⊥ g turns with the wheel
 //! ```
 //! The body's inertia in the file has the wheel's mass and its inertia across g, and not J about g: the
@@ -25,7 +26,8 @@ pub struct WheelParams {
     /// Greatest torque of the motor.
     #[param(unit = "N m", default = f64::INFINITY, range = 0.0..)]
     pub torque_max: f64,
-    /// Speed at which the motor gives no more torque that would drive it faster.
+    /// Speed at which the motor gives no more torque that would drive it faster: it holds the speed against friction there. It
+    /// drives again below 0.999 of it.
     #[param(unit = "rad/s", default = f64::INFINITY, range = 0.0..)]
     pub speed_max: f64,
     /// Coulomb friction T_c.
@@ -93,6 +95,28 @@ pub struct Spin {
     pub angle: f64,
 }
 
+/// Whether the wheel is at its greatest speed.
+#[derive(State, Clone, Copy, Debug)]
+pub struct AtLimit {
+    /// 1 at it, −1 at it backwards, 0 below it.
+    #[port("1")]
+    pub limit: f64,
+}
+
+/// The greatest speed.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SpeedLimit {
+    /// Speed over the greatest one.
+    #[port("rad/s", rising)]
+    pub above: f64,
+    /// How far the speed is below that at which the motor drives again.
+    #[port("rad/s", rising)]
+    pub below: f64,
+}
+
+/// Share of the greatest speed below which the motor drives again.
+const AGAIN: f64 = 0.999;
+
 /// A reaction wheel.
 pub struct ReactionWheel {
     p: WheelParams,
@@ -101,6 +125,19 @@ pub struct ReactionWheel {
 }
 
 impl ReactionWheel {
+    /// Speed against the body.
+    fn speed(&self, x: &Spin, u: &WheelIn) -> f64 {
+        let axis = u.wheel.rotation * Vec3::z();
+        x.momentum / self.p.inertia - axis.dot(&(u.wheel.angular + self.turning))
+    }
+
+    /// At the greatest speed or not, with room between both.
+    fn limit(&self, speed: f64, d: &AtLimit) -> AtLimit {
+        let high = speed.abs() >= self.p.speed_max;
+        let was = d.limit != 0.0 && speed.abs() > AGAIN * self.p.speed_max;
+        AtLimit { limit: if high || was { 1.0_f64.copysign(speed) } else { 0.0 } }
+    }
+
     /// Friction torque at a speed; against the motion.
     pub fn friction(&self, speed: f64) -> f64 {
         let p = &self.p;
@@ -116,7 +153,10 @@ impl ReactionWheel {
 /// A reaction wheel with friction, limits and imbalance.
 #[model("flight.reaction_wheel")]
 impl Model for ReactionWheel {
+    const MODES: bool = true;
     type Params = WheelParams;
+    type D = AtLimit;
+    type G = SpeedLimit;
     type Ud = WheelIn;
     type Yd = WheelOut;
     type X = Spin;
@@ -127,17 +167,17 @@ impl Model for ReactionWheel {
     fn init_x(&self) -> Spin {
         Spin { momentum: self.p.inertia * self.p.speed, angle: 0.0 }
     }
-    fn direct(&self, _: &Clock, x: &Spin, _: &(), u: &WheelIn) -> WheelOut {
+    fn direct(&self, _: &Clock, x: &Spin, d: &AtLimit, u: &WheelIn) -> WheelOut {
         let p = &self.p;
         let R = u.wheel.rotation;
         let axis = R * Vec3::z();
         let rate = u.wheel.angular + self.turning;
-        let speed = x.momentum / p.inertia - axis.dot(&rate);
+        let (speed, friction) = (self.speed(x, u), self.friction(self.speed(x, u)));
         let mut torque = u.torque.clamp(-p.torque_max, p.torque_max);
-        if speed.abs() >= p.speed_max && torque * speed > 0.0 {
-            torque = 0.0;
+        if d.limit != 0.0 {
+            torque = d.limit * (d.limit * torque).min((d.limit * friction).max(0.0));
         }
-        let net_torque = torque - self.friction(speed);
+        let net_torque = torque - friction;
         let moment = -axis * net_torque - rate.cross(&axis) * x.momentum;
         let mut load = Wrench { moment, force: Vec3::zeros() };
         if p.static_imbalance != 0.0 || p.dynamic_imbalance != 0.0 {
@@ -148,11 +188,38 @@ impl Model for ReactionWheel {
         }
         WheelOut { load, speed, net_torque, momentum: x.momentum }
     }
+    fn mode(&self, _: &Clock, x: &Spin, d: &AtLimit, u: &WheelIn) -> AtLimit {
+        self.limit(self.speed(x, u), d)
+    }
+    fn guards(&self, _: &Clock, x: &Spin, _: &AtLimit, _: &(), u: &WheelIn) -> SpeedLimit {
+        let (speed, most) = (self.speed(x, u).abs(), self.p.speed_max);
+        if most.is_infinite() {
+            return SpeedLimit { above: -1.0, below: -1.0 };
+        }
+        SpeedLimit { above: speed - most, below: AGAIN * most - speed }
+    }
+    fn fired(
+        &self,
+        _: &Clock,
+        which: Fired<'_>,
+        x: &Spin,
+        d: &AtLimit,
+        _: &(),
+        u: &WheelIn,
+    ) -> (Spin, AtLimit) {
+        let speed = self.speed(x, u);
+        let limit = match () {
+            () if which.rose(0) => 1.0_f64.copysign(speed),
+            () if which.rose(1) => 0.0,
+            () => self.limit(speed, d).limit,
+        };
+        (*x, AtLimit { limit })
+    }
     fn deriv(
         &self,
         _: &Clock,
         _: &Spin,
-        _: &(),
+        _: &AtLimit,
         _: &(),
         _: &WheelIn,
         _: &(),
@@ -186,7 +253,9 @@ mod tests {
 
     fn at(m: &ReactionWheel, x: &Spin, torque: f64, angular: Vec3) -> WheelOut {
         let u = WheelIn { wheel: NodeState { angular, ..NodeState::identity() }, torque };
-        m.direct(&Clock::at(0.0, 0.01, 0), x, &(), &u, &())
+        let c = Clock::at(0.0, 0.01, 0);
+        let d = m.mode(&c, x, &AtLimit { limit: 0.0 }, &u, &());
+        m.direct(&c, x, &d, &u, &())
     }
 
     #[test]
@@ -214,7 +283,19 @@ mod tests {
         let friction = m.friction(600.0);
         assert!((net(1.0) - (0.2 - friction)).abs() < 1e-15);
         let fast = Spin { momentum: 0.0796 * 630.0, angle: 0.0 };
-        assert!(at(&m, &fast, 0.1, Vec3::zeros()).net_torque < 0.0, "it may only brake");
+        assert_eq!(at(&m, &fast, 0.1, Vec3::zeros()).net_torque, 0.0, "it holds its speed");
+        assert!(at(&m, &fast, 0.001, Vec3::zeros()).net_torque < 0.0, "friction brakes it");
+        // Room between the two speeds.
+        let u = |w: f64| {
+            let x = Spin { momentum: 0.0796 * w, angle: 0.0 };
+            (x, WheelIn { wheel: NodeState::identity(), torque: 0.1 })
+        };
+        let mode = |w: f64, limit: f64| {
+            let (x, u) = u(w);
+            m.mode(&Clock::at(0.0, 0.01, 0), &x, &AtLimit { limit }, &u, &()).limit
+        };
+        assert_eq!([mode(627.9, 0.0), mode(627.9, 1.0), mode(627.0, 1.0)], [0.0, 1.0, 0.0]);
+        assert_eq!([mode(628.0, 0.0), mode(-629.0, 0.0)], [1.0, -1.0]);
         assert!(at(&m, &fast, -0.1, Vec3::zeros()).net_torque < -0.1);
         // A body that turns about the axis turns under the wheel.
         let y = at(&m, &m.init_x(), 0.0, Vec3::z() * 5.0);
@@ -232,7 +313,7 @@ mod tests {
         let (t, h) = (7.0, 1e-5);
         let y = |t: f64, momentum: f64| {
             let u = WheelIn { wheel: turning_node(&omega, t), torque: 0.1 };
-            m.direct(&Clock::at(t, 0.01, 0), &Spin { momentum, angle: 0.0 }, &(), &u, &())
+            m.direct(&Clock::at(t, 0.01, 0), &Spin { momentum, angle: 0.0 }, &AtLimit { limit: 0.0 }, &u, &())
         };
         let axis = |t: f64| site.to_inertial(t) * (turning_node(&omega, t).rotation * Vec3::z());
         let now = y(t, 30.0);
@@ -266,7 +347,7 @@ mod tests {
             let o = m.direct(
                 &Clock::at(0.0, 0.01, 0),
                 &Spin { momentum: y[7], angle: 0.0 },
-                &(),
+                &AtLimit { limit: 0.0 },
                 &u,
                 &(),
             );

@@ -97,7 +97,7 @@ impl Model for ThrustVectorControl {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::{Engine, EngineIn, EngineParams};
+    use crate::engine::{Burning, Engine, EngineIn, EngineParams};
 
     const INERTIA: f64 = 3e6;
     const ARM: f64 = 12.0;
@@ -151,7 +151,7 @@ mod tests {
                     gimbal_x: y.gimbal_x,
                     gimbal_y: y.gimbal_y,
                 };
-                let load = engine.direct(&Clock::at(0.0, h, 0), &(), &(), &u, &()).load;
+                let load = engine.direct(&Clock::at(0.0, h, 0), &(), &Burning { burns: true }, &u, &()).load;
                 (q * Vec3::z() * -ARM).cross(&load.force)
             };
             let half = w + torque(&q, &w) * (0.5 * h / INERTIA);

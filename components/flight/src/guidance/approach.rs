@@ -143,6 +143,9 @@ impl Model for Transfer {
     fn update(&self, c: &Clock, _: &(), d: &Taken, _: &(), u: &StationIn) -> Taken {
         Taken { dv: d.dv + self.ask(c, u).force.norm() * c.dt / self.p.mass }
     }
+    fn remarks(&self, c: &Clock) -> Vec<BuildError> {
+        super::powered_descent::past(self.p.arrival, self.p.freeze, c.t)
+    }
 }
 
 /// A glideslope.

@@ -98,7 +98,7 @@ impl Model for PitchProgram {
     fn guards(&self, c: &Clock, _: &(), d: &Passed) -> NextRow {
         self.times.since(c, d)
     }
-    fn fired(&self, c: &Clock, _: usize, _: &(), d: &Passed) -> ((), Passed) {
+    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Passed) -> ((), Passed) {
         ((), self.times.pass(c, d))
     }
 }
@@ -200,7 +200,7 @@ mod tests {
         let c = Clock::at(9.0, 0.1, 0);
         let d = Passed { rows: 0.0 };
         assert!((m.guards(&c, &(), &d, &(), &(), &()).since + 1.0).abs() < 1e-12);
-        let d = m.fired(&Clock::at(10.0, 0.1, 0), 0, &(), &d, &(), &(), &mut ()).1;
+        let d = m.fired(&Clock::at(10.0, 0.1, 0), Fired::rising(0), &(), &d, &(), &(), &mut ()).1;
         assert!(
             (m.guards(&Clock::at(10.0, 0.1, 0), &(), &d, &(), &(), &()).since + 12.0).abs() < 1e-9
         );

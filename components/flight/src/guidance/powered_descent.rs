@@ -107,7 +107,7 @@ pub struct DescentParams {
     /// When the end is.
     #[param(unit = "s")]
     pub arrival: f64,
-    /// Time before it from which on the last force is held.
+    /// Time before it from which on the last force is held, until the end. After the end there is no force.
     #[param(unit = "s", default = 1.0, range = 1e-3..)]
     pub freeze: f64,
     /// Smallest force.
@@ -154,6 +154,16 @@ pub struct Last {
     pub force: Vec3,
 }
 
+/// The warning for a guidance whose end is over at the start of the run or phase, or so near that it does nothing any more.
+pub(super) fn past(arrival: f64, freeze: f64, t: f64) -> Vec<BuildError> {
+    let fact = format!(
+        "`arrival` is {arrival} s and the time is {t:.6} s: it does nothing later than {freeze} s before its arrival"
+    );
+    let help = "write a later `arrival`: it is the time of the simulation, not of the phase";
+    let late = || BuildError::new(fact).help(help).at("arrival");
+    (arrival - t < freeze).then(late).into_iter().collect()
+}
+
 /// Powered descent.
 pub struct PoweredDescent {
     p: DescentParams,
@@ -176,6 +186,9 @@ impl Model for PoweredDescent {
     fn direct(&self, c: &Clock, _: &(), d: &Last, u: &DescentIn) -> DescentOut {
         let p = &self.p;
         let to_go = p.arrival - c.t;
+        if to_go < -1e-9 {
+            return DescentOut { force: Vec3::zeros(), to_go, limited: false };
+        }
         // A row is at its time to rounding: half a millisecond does not unfreeze.
         if to_go < p.freeze - 1e-9 {
             return DescentOut { force: d.force, to_go, limited: false };
@@ -191,6 +204,9 @@ impl Model for PoweredDescent {
     }
     fn update(&self, c: &Clock, x: &(), d: &Last, _: &(), u: &DescentIn) -> Last {
         Last { force: self.direct(c, x, d, u, &()).force }
+    }
+    fn remarks(&self, c: &Clock) -> Vec<BuildError> {
+        past(self.p.arrival, self.p.freeze, c.t)
     }
 }
 

@@ -186,7 +186,7 @@ impl Model for Airbag {
         let Some(vent) = p.vent else { return Vec::new() };
         let fact = match () {
             () if p.pressure - p.ambient >= vent => {
-                "the vent's pressure is below that at the start: it is not seen to rise, and the vent stays shut"
+                "the pressure at the start is above that of the vent: the vent opens at once"
             }
             () if p.vent_area <= 0.0 => "the vent has no area: nothing leaves when it opens",
             () => return Vec::new(),
@@ -195,8 +195,8 @@ impl Model for Airbag {
             "choose `vent` above pressure less ambient, and give `vent_area`, or leave `vent` out";
         vec![BuildError::new(fact).help(help).at("vent")]
     }
-    fn fired(&self, _: &Clock, which: usize, x: &Gas, d: &Vent) -> (Gas, Vent) {
-        (*x, Vent { open: d.open || which == 0 })
+    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Gas, d: &Vent) -> (Gas, Vent) {
+        (*x, Vent { open: d.open || which.rose(0) })
     }
 }
 
@@ -230,7 +230,7 @@ mod tests {
                 AirbagIn { centre: NodeState { position, ..NodeState::identity() } }
             };
             if m.guards(&c, &x, &d, &(), &node(z), &()).over > 0.0 {
-                d = m.fired(&c, 0, &x, &d, &(), &node(z), &mut ()).1;
+                d = m.fired(&c, Fired::rising(0), &x, &d, &(), &node(z), &mut ()).1;
             }
             let y = m.direct(&c, &x, &d, &node(z + 0.5 * h * v), &());
             x.share += h * m.deriv(&c, &x, &d, &(), &node(z), &(), &y).share;

@@ -268,7 +268,7 @@ impl Model for CrushableLeg {
     fn guards(&self, _: &Clock, x: &Crush, _: &(), _: &(), u: &LegIn) -> Touch {
         Touch { touches: self.sunk(&u.foot).0 - x.crushed - x.sinkage }
     }
-    fn fired(&self, _: &Clock, _: usize, x: &Crush) -> (Crush, ()) {
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Crush) -> (Crush, ()) {
         (*x, ())
     }
 }

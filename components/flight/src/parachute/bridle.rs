@@ -141,11 +141,11 @@ impl Model for Bridle {
         let end = if d.out { -1.0 } else { x.length - self.full() };
         BridleChange { extension, pull: extension + self.p.damping / self.p.stiffness * rate, end }
     }
-    fn fired(&self, _: &Clock, which: usize, x: &Paid, d: &Pulling) -> (Paid, Pulling) {
-        match which {
-            0 => (*x, Pulling { taut: true, ..*d }),
-            1 => (*x, Pulling { taut: false, ..*d }),
-            _ => (Paid { length: self.full() }, Pulling { out: true, ..*d }),
+    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Paid, d: &Pulling) -> (Paid, Pulling) {
+        let taut = (d.taut || which.rose(0)) && !which.fell(1);
+        match which.rose(2) {
+            true => (Paid { length: self.full() }, Pulling { taut, out: true }),
+            false => (*x, Pulling { taut, ..*d }),
         }
     }
     fn remarks(&self, _: &Clock, x: &Paid, d: &Pulling, _: &(), u: &LineIn) -> Vec<BuildError> {
@@ -199,7 +199,15 @@ mod tests {
             m.deriv(&c, &x, &d, &(), &u, &(), &y).length
         };
         assert_eq!([rate(true, false), rate(false, false), rate(true, true)], [1.2, 0.0, 0.0]);
-        let (x, d) = m.fired(&c, 2, &Paid { length: 7.5 + 1e-13 }, &m.init_d(), &(), &u, &mut ());
+        let (x, d) = m.fired(
+            &c,
+            Fired::rising(2),
+            &Paid { length: 7.5 + 1e-13 },
+            &m.init_d(),
+            &(),
+            &u,
+            &mut (),
+        );
         assert!(x.length == 7.5 && d.out);
         assert!(
             m.guards(&c, &x, &d, &(), &u, &()).end < 0.0,

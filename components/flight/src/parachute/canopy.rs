@@ -7,7 +7,7 @@
 //! ```
 //! A stage that is the only one and goes to 1 is a canopy without reefing. The instants at which it opens,
 //! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
-//! rises through ½ when there is none; once open it stays so, a second command does nothing, which a run tells.
+//! is at ½ or above when there is none; once open it stays so, a second command does nothing, which a run tells.
 //! Above the last Mach number of `efficiency`, `outside` says what happens: the value there, or an end of the run; below the first it is as slow as there.
 //! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, V at its beginning.
 //! ρ̇ in ṁ_a is taken along the path over ±1 ms.
@@ -44,7 +44,7 @@ pub struct CanopyParams {
     /// What happens above the last of these Mach numbers: clamp, stop.
     #[param(default = Outside::Clamp)]
     pub outside: Outside,
-    /// When it opens; default: where the input `deploy` rises through ½.
+    /// When it opens; default: where the input `deploy` is at ½ or above, also from the start.
     #[param(unit = "s")]
     pub start: Option<f64>,
     /// Share of the area before it opens.
@@ -88,7 +88,7 @@ pub struct CanopyIn {
     /// The canopy's node, in the middle of its drag.
     #[port(bind = "canopy")]
     pub canopy: NodeState,
-    /// Opens it where it rises through ½, unless `start` says when.
+    /// Opens it where it is at ½ or above, unless `start` says when.
     #[port("1", default = 0.0)]
     pub deploy: f64,
     /// Gust over the wind, W, as of `flight.gusts`.
@@ -161,11 +161,12 @@ pub struct NextChange {
     #[port("1", rising)]
     pub command: f64,
     /// How far below the last Mach number of the table, as a share of its width, once it is open.
-    #[port("1", falling)]
+    #[port("1")]
     pub inside: f64,
 }
 
-/// Guards that change nothing but what is told, by their place in [`NextChange`].
+/// Guards by their places in [`NextChange`]; those after the first change nothing but what is told.
+const SINCE: usize = 0;
 const COMMAND: usize = 1;
 const INSIDE: usize = 2;
 
@@ -303,17 +304,16 @@ impl Model for Canopy {
     fn fired(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &(),
         d: &Filling,
         _: &(),
         u: &CanopyIn,
     ) -> ((), Filling) {
         let p = &self.p;
-        match which {
-            COMMAND => return ((), *d),
-            INSIDE => return ((), Filling { outside: true, ..*d }),
-            _ => {}
+        let d = &Filling { outside: d.outside || which.fell(INSIDE), ..*d };
+        if !which.rose(SINCE) {
+            return ((), *d);
         }
         // The event is at its instant to 1 ps: either side of it.
         let begins = d.stage < 0.5 || self.next_stage(d).is_some_and(|t| c.t > t - 1e-9);
@@ -327,7 +327,9 @@ impl Model for Canopy {
             filling_time(p.porosity, p.diameter, speed.max(1.0)).max(1e-6)
         });
         let first = d.stage < 0.5;
-        let began = if first { p.start.unwrap_or(c.t) } else { self.next_stage(d).unwrap_or(c.t) };
+        // It opens at `start` but for the round-off of the event; at once where the part comes after it.
+        let at = p.start.filter(|start| c.t - start < 1e-6).unwrap_or(c.t);
+        let began = if first { at } else { self.next_stage(d).unwrap_or(c.t) };
         let filling = Filling {
             stage: d.stage + 1.0,
             full: false,
@@ -342,7 +344,7 @@ impl Model for Canopy {
     fn tells(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &(),
         d: &Filling,
         _: &(),
@@ -351,8 +353,9 @@ impl Model for Canopy {
         let t = c.t;
         let said =
             |fact: String, help: &str, at: &str| Some(BuildError::new(fact).help(help).at(at));
-        match (which, self.p.start) {
-            (COMMAND, Some(start)) => {
+        let commanded = which.rose(COMMAND);
+        match self.p.start {
+            Some(start) if commanded => {
                 let fact = format!(
                     "it is commanded to open at {t:.6} s, and `start` opens it at {start} s"
                 );
@@ -363,7 +366,7 @@ impl Model for Canopy {
                 )
             }
             // The command that has opened it is no second one.
-            (COMMAND, None) if d.stage > 0.5 && t - d.opened > 1e-6 => {
+            None if commanded && d.stage > 0.5 && t - d.opened > 1e-6 => {
                 let fact = format!(
                     "it is commanded to open at {t:.6} s, and is open since {:.6} s",
                     d.opened
@@ -374,19 +377,18 @@ impl Model for Canopy {
                     "start",
                 )
             }
-            (INSIDE, _) => Some(self.beyond(self.mach(t, u))),
+            _ if which.fell(INSIDE) => Some(self.beyond(self.mach(t, u))),
             _ => None,
         }
     }
     fn remarks(&self, c: &Clock, _: &(), d: &Filling, _: &(), u: &CanopyIn) -> Vec<BuildError> {
-        // A guard that begins on its zero is not seen to rise.
-        let late = self.p.start.filter(|s| d.stage < 0.5 && *s <= c.t);
+        let late = self.p.start.filter(|s| d.stage < 0.5 && *s < c.t - 1e-6);
         let told = late.map(|s| {
             BuildError::new(format!(
-                "it should have opened at {s} s and the run begins at {} s",
+                "it should have opened at {s} s and begins at {:.6} s: it opens at once",
                 c.t
             ))
-            .help("write a later `start`, or wire `deploy`: as it stands it never opens")
+            .help("write a later `start`, or wire `deploy`")
             .at("start")
         });
         let mach = self.mach(c.t, u);
@@ -452,7 +454,7 @@ mod tests {
         for k in 0..=(t * 1000.0) as usize {
             let now = k as f64 * 1e-3;
             while m.guards(&at(now), &(), &d, &(), u, &()).since >= 0.0 {
-                d = m.fired(&at(now), 0, &(), &d, &(), u, &mut ()).1;
+                d = m.fired(&at(now), Fired::rising(SINCE), &(), &d, &(), u, &mut ()).1;
             }
         }
         d
@@ -474,7 +476,7 @@ mod tests {
         let wind = Vec3::x() * 3.0;
         let mut d = until(&m, 1.999, &input(0.0, wind));
         assert_eq!(d.stage, 0.0);
-        d = m.fired(&at(2.0), 0, &(), &d, &(), &input(0.0, wind), &mut ()).1;
+        d = m.fired(&at(2.0), Fired::rising(SINCE), &(), &d, &(), &input(0.0, wind), &mut ()).1;
         let (mut v, h) = (70.0, 1e-4);
         let force = |d: &Filling, t: f64, v: f64| {
             let u = input(0.0, wind + Vec3::y() * v);
@@ -564,6 +566,7 @@ mod tests {
         (slow.deploy, fast.deploy) = (1.0, 1.0);
         let open = until(&m, 5.0, &slow);
         let tells = |m: &Canopy, t: f64, which: usize, d: &Filling, u: &CanopyIn| {
+            let which = if which == INSIDE { Fired::falling(which) } else { Fired::rising(which) };
             m.tells(&at(t), which, &(), d, &(), u, &())
         };
         // The command that opened it says nothing, the next one does; packed away it meets no air.
@@ -589,7 +592,7 @@ mod tests {
         assert!(
             told.message.contains("Mach 0.0300 is beyond") && told.message.contains("end at 0.02")
         );
-        let gone = m.fired(&at(5.0), INSIDE, &(), &open, &(), &fast, &mut ()).1;
+        let gone = m.fired(&at(5.0), Fired::falling(INSIDE), &(), &open, &(), &fast, &mut ()).1;
         assert!(gone.outside && inside(&gone, &fast) == 1.0 && gone.stage == 1.0);
         // It goes on with the last row, as does a step that is tried beyond; what is said stops the run or does not.
         let drag = |m: &Canopy| m.direct(&at(5.0), &(), &open, &fast, &()).load.force;

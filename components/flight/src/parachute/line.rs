@@ -155,8 +155,8 @@ impl Model for Line {
         let (_, extension, rate) = stretch(u, self.p.length);
         Change { extension, pull: extension + self.p.damping / self.p.stiffness * rate }
     }
-    fn fired(&self, _: &Clock, which: usize, _: &(), d: &Taut) -> ((), Taut) {
-        ((), d.after(which == 0))
+    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Taut) -> ((), Taut) {
+        ((), d.after((d.taut || which.rose(0)) && !which.fell(1)))
     }
     fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &LineIn) -> Vec<BuildError> {
         let (_, extension, _) = stretch(u, self.p.length);
@@ -206,6 +206,7 @@ mod tests {
         assert!(at(true, 5.06, -1.0).1.pull > 0.0 && at(true, 5.04, -1.0).1.pull < 0.0);
         let fire = |which: usize, taut: bool| {
             let (c, u, d) = (Clock::at(0.0, 0.01, 0), ends(5.0, 1.0), Taut { taut, changes: 2.0 });
+            let which = if which == 0 { Fired::rising(0) } else { Fired::falling(1) };
             let (_, d) = line(5.0).fired(&c, which, &(), &d, &(), &u, &mut ());
             (d.taut, d.changes)
         };

@@ -166,8 +166,8 @@ impl Model for LineTwist {
     fn guards(&self, _: &Clock, x: &Twist, _: &Wound, _: &(), _: &LineTwistIn) -> HalfTurn {
         HalfTurn { beyond: x.angle.abs() - std::f64::consts::PI }
     }
-    fn fired(&self, _: &Clock, _: usize, x: &Twist, d: &Wound) -> (Twist, Wound) {
-        (*x, Wound { wound: !d.wound })
+    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Twist, _: &Wound) -> (Twist, Wound) {
+        (*x, Wound { wound: which.rose(0) })
     }
 }
 

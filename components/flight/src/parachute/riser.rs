@@ -294,8 +294,8 @@ impl Model for Riser {
         let pull = s.extension + self.p.damping / self.p.stiffness * s.rate;
         Change { extension: s.extension, pull }
     }
-    fn fired(&self, _: &Clock, which: usize, _: &(), d: &Taut) -> ((), Taut) {
-        ((), d.after(which == 0))
+    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Taut) -> ((), Taut) {
+        ((), d.after((d.taut || which.rose(0)) && !which.fell(1)))
     }
     fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &RiserIn) -> Vec<BuildError> {
         let extension = self.stretch(u).extension;

@@ -24,7 +24,7 @@ pub struct SolidMotorParams {
     /// Area of the nozzle's exit, on which the ambient pressure acts.
     #[param(unit = "m^2", default = 0.0, range = 0.0..)]
     pub exit_area: f64,
-    /// When it is lit; default: where the input `ignite` rises through ½.
+    /// When it is lit; default: where the input `ignite` is at ½ or above, also from the start.
     #[param(unit = "s")]
     pub start: Option<f64>,
 }
@@ -35,7 +35,7 @@ pub struct MotorIn {
     /// The nozzle; z is against the jet.
     #[port(bind = "nozzle")]
     pub nozzle: NodeState,
-    /// Lights it where it rises through ½, unless `start` says when.
+    /// Lights it where it is at ½ or above, unless `start` says when.
     #[port("1", default = 0.0)]
     pub ignite: f64,
     /// Ambient pressure.
@@ -88,6 +88,7 @@ pub struct SolidMotor {
 /// A solid rocket motor by its thrust curve.
 #[model("flight.solid_motor")]
 impl Model for SolidMotor {
+    const AVERAGES: bool = true;
     type Params = SolidMotorParams;
     type Ud = MotorIn;
     type Yd = MotorOut;
@@ -113,7 +114,10 @@ impl Model for SolidMotor {
             return MotorOut { load: Wrench::zero(), thrust: 0.0, flow: 0.0, burnt };
         }
         let since = (c.t - d.lit).max(0.0);
-        let vacuum = self.curve.at(since);
+        let vacuum = match c.span.map(|span| span.map(|t| (t - d.lit).max(0.0))) {
+            Some([a, b]) if b > a => (self.curve.integral(b) - self.curve.integral(a)) / (b - a),
+            _ => self.curve.at(since),
+        };
         let thrust = nozzle_thrust(vacuum, u.pressure, p.exit_area);
         let force = u.nozzle.rotation * Vec3::z() * thrust;
         MotorOut {
@@ -131,20 +135,21 @@ impl Model for SolidMotor {
         };
         NextRow { since }
     }
-    fn fired(&self, c: &Clock, _: usize, _: &(), d: &Burn) -> ((), Burn) {
-        let lit = if d.rows < 0.5 { self.p.start.unwrap_or(c.t) } else { d.lit };
+    fn fired(&self, c: &Clock, _: Fired<'_>, _: &(), d: &Burn) -> ((), Burn) {
+        // Lit at `start` but for the round-off of the event; at once where the part comes after it.
+        let at = self.p.start.filter(|start| c.t - start < 1e-6).unwrap_or(c.t);
+        let lit = if d.rows < 0.5 { at } else { d.lit };
         ((), Burn { rows: d.rows + 1.0, lit })
     }
-    fn remarks(&self, c: &Clock, _: &(), d: &Burn, _: &(), u: &MotorIn) -> Vec<BuildError> {
+    fn remarks(&self, c: &Clock, _: &(), d: &Burn) -> Vec<BuildError> {
         let waits = d.rows < 0.5;
         let fact = match self.p.start {
-            Some(s) if waits && s <= c.t => {
-                format!("it should be lit at {s} s and the run begins at {} s", c.t)
+            Some(s) if waits && s < c.t - 1e-6 => {
+                format!("it should be lit at {s} s and begins at {:.6} s: it is lit at once", c.t)
             }
-            None if waits && u.ignite > 0.5 => "`ignite` is on at the start".to_string(),
             _ => return Vec::new(),
         };
-        let help = "light it after the start of the run: as it stands it never burns";
+        let help = "write a later `start`, or 0 where it is lit at the start of the run";
         vec![BuildError::new(fact).help(help).at("start")]
     }
 }
@@ -169,7 +174,7 @@ mod tests {
         for k in 0..8000 {
             let t = 1.0 + f64::from(k) * h;
             while m.guards(&at(t), &(), &d, &(), &u(1.0), &()).since >= -1e-9 {
-                d = m.fired(&at(t), 0, &(), &d, &(), &u(1.0), &mut ()).1;
+                d = m.fired(&at(t), Fired::rising(0), &(), &d, &(), &u(1.0), &mut ()).1;
             }
             flow += m.direct(&at(t + 0.5 * h), &(), &d, &u(1.0), &()).flow * h;
         }

@@ -109,10 +109,10 @@ pub struct Valve {
 /// What changes it.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Switching {
-    /// Command over ½, to open.
+    /// Command over ½, to open. At ½ itself it is to open.
     #[port("1", rising)]
     pub on: f64,
-    /// The same, to close: its own guard, since at the instant the command may be exactly ½ and tell neither.
+    /// The same, to close.
     #[port("1", falling)]
     pub off: f64,
     /// Time since it is to open.
@@ -125,6 +125,12 @@ pub struct Switching {
     #[port("1")]
     pub supply: f64,
 }
+
+/// Guards by their places in [`Switching`].
+const ON: usize = 0;
+const OFF: usize = 1;
+const OPENS: usize = 2;
+const CLOSES: usize = 3;
 
 /// No change is under way: a time that never comes.
 const NEVER: f64 = 1e30;
@@ -152,6 +158,7 @@ impl Thruster {
 /// A thruster that is switched, with dead time and first-order ramps.
 #[model("flight.thruster")]
 impl Model for Thruster {
+    const AVERAGES: bool = true;
     type Params = ThrusterParams;
     type Ud = ThrusterIn;
     type Ym = Given;
@@ -174,7 +181,12 @@ impl Model for Thruster {
         Given { impulse: self.now(c.t, d).1, pulses: d.pulses }
     }
     fn direct(&self, c: &Clock, _: &(), d: &Valve, u: &ThrusterIn) -> ThrusterOut {
-        let force = if u.supply { self.now(c.t, d).0 * self.p.thrust } else { 0.0 };
+        let force = match c.span {
+            _ if !u.supply => 0.0,
+            // Valve and supply change at events only, which end a step.
+            Some([a, b]) if b > a => (self.now(b, d).1 - self.now(a, d).1) / (b - a),
+            _ => self.now(c.t, d).0 * self.p.thrust,
+        };
         ThrusterOut {
             load: Wrench { moment: Vec3::zeros(), force: u.nozzle.rotation * Vec3::z() * force },
             force,
@@ -196,7 +208,7 @@ impl Model for Thruster {
     fn fired(
         &self,
         c: &Clock,
-        which: usize,
+        which: Fired<'_>,
         _: &(),
         d: &Valve,
         _: &(),
@@ -206,26 +218,31 @@ impl Model for Thruster {
         let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
         let (share, impulse) = self.now(c.t, d);
         let mut d = Valve { since: c.t, share, impulse, fed: u.supply, ..*d };
+        // What the valve was to do by now, then the command.
+        if which.rose(OPENS) {
+            (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0);
+        }
+        if which.rose(CLOSES) {
+            (d.open, d.closes) = (false, NEVER);
+        }
         // A change that would come after the next one in the other direction does not come at all.
-        match which {
-            0 if d.closes < NEVER && d.closes >= c.t + on => d.closes = NEVER,
-            0 if on > 0.0 => d.opens = d.opens.min(c.t + on),
-            0 => (d.open, d.pulses) = (true, d.pulses + 1.0),
-            1 if d.opens < NEVER && d.opens >= c.t + off => d.opens = NEVER,
-            1 if off > 0.0 => d.closes = d.closes.min(c.t + off),
-            1 => d.open = false,
-            2 => (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0),
-            3 => (d.open, d.closes) = (false, NEVER),
-            // The supply, which is taken over above.
-            _ => {}
+        let (to_open, to_close) = (d.opens < NEVER, d.closes < NEVER);
+        if which.rose(ON) {
+            match () {
+                () if to_close && d.closes >= c.t + on => d.closes = NEVER,
+                () if (d.open && !to_close) || to_open => {}
+                () if on > 0.0 => d.opens = c.t + on,
+                () => (d.open, d.pulses) = (true, d.pulses + 1.0),
+            }
+        } else if which.fell(OFF) {
+            match () {
+                () if to_open && d.opens >= c.t + off => d.opens = NEVER,
+                () if (!d.open && !to_open) || to_close => {}
+                () if off > 0.0 => d.closes = c.t + off,
+                () => d.open = false,
+            }
         }
         ((), d)
-    }
-    fn remarks(&self, _: &Clock, _: &(), d: &Valve, _: &(), u: &ThrusterIn) -> Vec<BuildError> {
-        let fact = "the command is on at the start and is not seen to rise";
-        let on = u.command > 0.5 && !d.open;
-        let told = on.then(|| BuildError::new(fact).help("let it rise after the start"));
-        told.into_iter().collect()
     }
 }
 
@@ -258,8 +275,9 @@ mod tests {
         // Where the guard is found the command may be just ½: which guard it is tells the direction.
         let edge = u(0.5);
         let at = |t: f64| Clock::at(t, 0.001, 0);
-        let fire =
-            |t: f64, which: usize, d: &Valve| m.fired(&at(t), which, &(), d, &(), &edge, &mut ()).1;
+        let fire = |t: f64, which: usize, d: &Valve| {
+            m.fired(&at(t), one(which), &(), d, &(), &edge, &mut ()).1
+        };
         let d = fire(1.0, 0, &m.init_d());
         assert!(!d.open && (d.opens - 1.01).abs() < 1e-15 && d.closes == NEVER);
         // A pulse shorter than the dead time is late and whole.
@@ -270,11 +288,14 @@ mod tests {
         let d = fire(1.01, 2, &d);
         assert!(d.open && d.opens == NEVER && d.pulses == 1.0);
         assert!(!fire(1.013, 3, &d).open);
-        assert_eq!(m.remarks(&at(0.0), &(), &m.init_d(), &(), &u(1.0), &()).len(), 1);
     }
 
     /// Force and flow, added up in short steps, are the impulse that it tells and that of the closed form, which are those
     /// of ȧ = (1 − a)/τ; without propellant there is none of them, and it goes on from the share that there is then.
+    fn one(which: usize) -> Fired<'static> {
+        if which == OFF { Fired::falling(which) } else { Fired::rising(which) }
+    }
+
     #[test]
     fn a_pulse_has_the_impulse_of_its_closed_form() {
         let m = thruster();
@@ -283,7 +304,7 @@ mod tests {
         for w in [0.003, 0.02, 0.1] {
             let (h, mut sum, mut flow) = (1e-6, 0.0, 0.0);
             let fire = |t: f64, which: usize, d: &Valve| {
-                m.fired(&at(t), which, &(), d, &(), &u, &mut ()).1
+                m.fired(&at(t), one(which), &(), d, &(), &u, &mut ()).1
             };
             let opened = fire(1.0, 2, &m.init_d());
             let closed = fire(1.0 + w, 3, &opened);
@@ -307,13 +328,13 @@ mod tests {
         }
         // The supply fails 20 ms after the valve has opened, and comes back.
         let dry = ThrusterIn { supply: false, ..u };
-        let d = m.fired(&at(1.0), 2, &(), &m.init_d(), &(), &u, &mut ()).1;
+        let d = m.fired(&at(1.0), one(2), &(), &m.init_d(), &(), &u, &mut ()).1;
         let before = m.moore(&at(1.02), &(), &d, &()).impulse;
-        let d = m.fired(&at(1.02), 4, &(), &d, &(), &dry, &mut ()).1;
+        let d = m.fired(&at(1.02), one(4), &(), &d, &(), &dry, &mut ()).1;
         let y = m.direct(&at(1.03), &(), &d, &dry, &());
         assert_eq!((y.force, y.flow), (0.0, 0.0));
         assert_eq!(m.moore(&at(1.5), &(), &d, &()).impulse, before);
-        let d = m.fired(&at(1.5), 4, &(), &d, &(), &u, &mut ()).1;
+        let d = m.fired(&at(1.5), one(4), &(), &d, &(), &u, &mut ()).1;
         let after = m.moore(&at(1.6), &(), &d, &()).impulse - before;
         assert!((after - 2.2).abs() < 1e-9, "{after}");
         let [on, off] = [u, dry].map(|u| m.guards(&at(1.0), &(), &d, &(), &u, &()).supply);
@@ -330,15 +351,15 @@ mod tests {
         let at = |time: f64| Clock::at(time, 1e-3, 0);
         let with =
             |command: f64| ThrusterIn { command, supply: true, nozzle: NodeState::identity() };
-        let (_, d) = t.fired(&at(0.0), 0, &(), &t.init_d(), &(), &with(1.0), &mut ());
+        let (_, d) = t.fired(&at(0.0), one(0), &(), &t.init_d(), &(), &with(1.0), &mut ());
         assert_eq!(d.opens, 0.02);
-        let (_, d) = t.fired(&at(0.01), 1, &(), &d, &(), &with(0.0), &mut ());
+        let (_, d) = t.fired(&at(0.01), one(1), &(), &d, &(), &with(0.0), &mut ());
         assert!(!d.open && d.opens == NEVER && d.closes == NEVER, "{d:?}");
         // And the other way round: the valve stays open.
         let open = Valve { open: true, pulses: 1.0, ..t.init_d() };
         let t = times(0.005, 0.02);
-        let (_, d) = t.fired(&at(1.0), 1, &(), &open, &(), &with(0.0), &mut ());
-        let (_, d) = t.fired(&at(1.01), 0, &(), &d, &(), &with(1.0), &mut ());
+        let (_, d) = t.fired(&at(1.0), one(1), &(), &open, &(), &with(0.0), &mut ());
+        let (_, d) = t.fired(&at(1.01), one(0), &(), &d, &(), &with(1.0), &mut ());
         assert!(d.open && d.closes == NEVER && d.opens == NEVER, "{d:?}");
     }
 }

@@ -68,7 +68,7 @@ impl Model for RadiationPressure {
         Edges::of(&self.p.sun.light(c.t, &u.body.position))
     }
     /// Nothing is remembered: the integrator begins anew behind the edge, and that is all.
-    fn fired(&self, _: &Clock, _: usize) -> ((), ()) {
+    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), ()) {
         ((), ())
     }
 }

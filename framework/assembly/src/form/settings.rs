@@ -354,7 +354,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Every pattern of variables in it: of logs, plots, figures, arrows, lines, jets, and what stops the run.
+    /// Every pattern of variables in it: of logs, plots, figures, arrows, lines, jets. Conditions are not patterns.
     #[must_use]
     pub fn patterns(&self) -> Vec<Text> {
         let mut all: Vec<Text> = Vec::new();
@@ -364,7 +364,6 @@ impl Settings {
             FigureOf::Variable(v) => Some(v.clone()),
             FigureOf::Condition(_) => None,
         }));
-        all.extend(self.stop_when.clone());
         if let Some(view) = &self.view {
             all.extend(view.arrows.iter().flat_map(|a| [a.at.clone(), a.along.clone()]));
             all.extend(view.lines.iter().filter_map(|l| l.pull.clone()));

@@ -31,7 +31,7 @@ use crate::wiring::wires::Wiring;
 use linkwork_collision::Colliders;
 use linkwork_formats::whole_text;
 use linkwork_runtime::{
-    Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value,
+    Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value, WatchSpec,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -269,7 +269,13 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         tell_unmatched(cx, unmatched, 1, remark);
         let (mut loaded, resolved) = single?;
         let (spec, origin) = (loaded.spec.clone(), Origin::NONE);
-        let only = PhaseSpec { name: String::new(), spec, transitions: Vec::new(), origin };
+        let only = PhaseSpec {
+            name: String::new(),
+            spec,
+            transitions: Vec::new(),
+            watches: Vec::new(),
+            origin,
+        };
         loaded.phases = vec![only];
         loaded.phase_shapes = vec![loaded.shapes.clone()];
         loaded.resolved = Resolved::new(resolved);
@@ -298,12 +304,23 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         name: name.clone(),
         spec: loaded.spec.clone(),
         transitions: transitions.clone(),
+        watches: watches(&loaded.simulation),
         origin: *origin,
     });
     let phases = specs.collect();
     let phase_shapes = compiled.iter().map(|(_, loaded, ..)| loaded.shapes.clone()).collect();
     let (_, loaded, ..) = compiled.into_iter().next()?;
     Some(Loaded { phases, phase_shapes, resolved: Resolved::new(resolved), ..loaded })
+}
+
+/// The conditions that a run watches in every phase: `stop_when`.
+fn watches(file: &Settings) -> Vec<WatchSpec> {
+    let stop = file.stop_when.iter().map(|when| WatchSpec {
+        of: "stop_when".to_string(),
+        when: when.text.clone(),
+        origin: when.origin,
+    });
+    stop.collect()
 }
 
 /// Faults for overrides from outside that name nothing in any of so many phases, or a parameter that the model of some

@@ -89,7 +89,7 @@ fn phase(name: &str, plan: &Plan, names: &[String]) -> Phase {
     };
     let transition = |g: &linkwork_runtime::GuardPlan| match g.fires {
         Fires::Transition { to } => Some((names.get(to as usize)?.clone(), g.name.clone())),
-        Fires::Part { .. } => None,
+        Fires::Part { .. } | Fires::Watch { .. } => None,
     };
     Phase {
         name: name.into(),

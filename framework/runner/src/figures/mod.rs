@@ -8,7 +8,7 @@ mod statistics;
 use crate::prepare::condition;
 use linkwork_assembly::{Figure, FigureOf, Take};
 use linkwork_runtime::{
-    Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Unit,
+    Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Times, Unit,
 };
 use serde::{Deserialize, Serialize};
 use statistics::{Span, Statistics, Wants, crossing};
@@ -61,9 +61,9 @@ struct Over {
 }
 
 impl Over {
-    /// Above zero where it holds.
-    fn value(&self, t: f64, values: &[f64]) -> f64 {
-        let value = self.condition.of(t, |place| {
+    /// Not negative where it holds.
+    fn value(&self, t: Times, values: &[f64]) -> f64 {
+        let value = self.condition.margin(t, |place| {
             let column = self.columns.iter().find(|(own, _)| *own == place);
             column.map_or(f64::NAN, |(_, column)| values[*column])
         });
@@ -341,19 +341,19 @@ fn wants(take: Take) -> Wants {
 }
 
 impl Observer for Figures {
-    fn instant(&mut self, t: f64, values: &[f64]) {
+    fn instant(&mut self, t: Times, values: &[f64]) {
         for Series { source, statistics, .. } in &mut self.series {
             let y = match source {
                 Source::Number(column) | Source::Truth(column) => values[*column],
                 Source::Condition(over) => truth(over.value(t, values)),
             };
             if !y.is_nan() {
-                statistics.instant(t, y);
+                statistics.instant(t.time, y);
             }
         }
         for First { column, when, found, .. } in &mut self.firsts {
-            if found.is_none() && when.value(t, values) > 0.0 && !values[*column].is_nan() {
-                *found = Some((t, values[*column]));
+            if found.is_none() && holds(when.value(t, values)) && !values[*column].is_nan() {
+                *found = Some((t.time, values[*column]));
             }
         }
     }
@@ -373,8 +373,13 @@ impl Observer for Figures {
     }
 }
 
-fn truth(value: f64) -> f64 {
-    f64::from(u8::from(value > 0.0))
+/// Returns whether a condition with this margin holds.
+fn holds(margin: f64) -> bool {
+    margin >= 0.0
+}
+
+fn truth(margin: f64) -> f64 {
+    f64::from(u8::from(holds(margin)))
 }
 
 impl Series {
@@ -394,7 +399,7 @@ impl Series {
                 self.statistics.smooth(span, self.wants, &mut inside);
             }
             Source::Truth(column) => {
-                let of = |_: f64, values: &[f64]| values[*column] - 0.5;
+                let of = |_: Times, values: &[f64]| values[*column] - 0.5;
                 if !over.start()[*column].is_nan() {
                     shares(&mut self.statistics, over, &of);
                 }
@@ -406,14 +411,14 @@ impl Series {
     }
 }
 
-/// A function of time and columns that holds where it is above zero.
-type Holds<'a> = dyn Fn(f64, &[f64]) -> f64 + 'a;
+/// A function of time and columns that is not negative where something holds.
+type Holds<'a> = dyn Fn(Times, &[f64]) -> f64 + 'a;
 
 /// The parts of a stretch in which something holds, and in which it does not.
 fn shares(statistics: &mut Statistics, over: &mut Stretch<'_>, of: &Holds<'_>) {
     let (begin, length) = (over.begin(), over.length());
-    let mut from = (0.0, of(begin, over.start()));
-    let end = (1.0, of(begin + length, over.end()));
+    let mut from = (0.0, of(over.times(begin), over.start()));
+    let end = (1.0, of(over.times(begin + length), over.end()));
     // It may hold, or cease to, between the two.
     let middle = if over.is_wide() { at(over, 0.5, of) } else { None };
     for to in middle.map(|y| (0.5, y)).into_iter().chain([end]) {
@@ -425,13 +430,13 @@ fn shares(statistics: &mut Statistics, over: &mut Stretch<'_>, of: &Holds<'_>) {
 }
 
 fn at(over: &mut Stretch<'_>, part: f64, of: &Holds<'_>) -> Option<f64> {
-    let t = over.begin() + part * over.length();
+    let t = over.times(over.begin() + part * over.length());
     over.at(part).map(|values| of(t, values))
 }
 
 /// Where between two parts of a stretch it begins or ceases to hold; the second where it does not.
 fn split(over: &mut Stretch<'_>, from: (f64, f64), to: (f64, f64), of: &Holds<'_>) -> f64 {
-    if (from.1 > 0.0) == (to.1 > 0.0) {
+    if holds(from.1) == holds(to.1) {
         return to.0;
     }
     let width = to.0 - from.0;
@@ -442,16 +447,16 @@ fn split(over: &mut Stretch<'_>, from: (f64, f64), to: (f64, f64), of: &Holds<'_
 impl First {
     fn stretch(&mut self, over: &mut Stretch<'_>) {
         let (begin, length, column) = (over.begin(), over.length(), self.column);
-        let when = |t: f64, values: &[f64]| self.when.value(t, values);
-        let mut from = (0.0, when(begin, over.start()));
-        if from.1 > 0.0 && !over.start()[column].is_nan() {
+        let when = |t: Times, values: &[f64]| self.when.value(t, values);
+        let mut from = (0.0, when(over.times(begin), over.start()));
+        if holds(from.1) && !over.start()[column].is_nan() {
             self.found = Some((begin, over.start()[column]));
             return;
         }
-        let end = (1.0, when(begin + length, over.end()));
+        let end = (1.0, when(over.times(begin + length), over.end()));
         let middle = if over.is_wide() { at(over, 0.5, &when) } else { None };
         for to in middle.map(|y| (0.5, y)).into_iter().chain([end]) {
-            if to.1 > 0.0 && !(from.1 > 0.0) {
+            if holds(to.1) && !holds(from.1) {
                 let part = split(over, from, to, &when);
                 let inside = over.at(part).map(|values| values[column]);
                 let y = inside.unwrap_or(over.end()[column]);

@@ -361,7 +361,7 @@ fn vertex(a: (f64, f64), m: (f64, f64), b: (f64, f64), sign: f64) -> Option<f64>
 /// `inside` returns the number at a part.
 pub(super) fn crossing(start: f64, end: f64, inside: &mut Inside<'_>) -> f64 {
     let (mut low, mut high) = ((0.0, start), (1.0, end));
-    let side = |y: f64| y > 0.0;
+    let side = |y: f64| y >= 0.0;
     let mut lean = 0;
     for k in 0..60 {
         if high.0 - low.0 < 1e-10 {

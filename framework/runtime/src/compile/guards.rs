@@ -18,6 +18,12 @@ pub(crate) struct WhenSpec<'a> {
     pub origin: Origin,
 }
 
+/// A condition that the run watches, in whatever phase it is.
+pub(crate) struct WatchedSpec<'a> {
+    /// The condition.
+    pub when: &'a str,
+}
+
 /// What is watched.
 #[derive(Default)]
 pub(super) struct Watch {
@@ -26,10 +32,26 @@ pub(super) struct Watch {
     pub conditions: Vec<Watched>,
     /// Operations that they follow from.
     pub ops: Vec<u32>,
+    /// One of them may reach zero between rows.
+    pub located: bool,
+    /// For each part whether its modes are watched.
+    pub moded: Vec<bool>,
+}
+
+/// Parts with modes whose outputs change at rows and events only: they have no corner within a step, and their pieces follow from
+/// the levels.
+pub(super) fn hold(parts: &mut [Part<'_>], c: &Connections, order: &Order) {
+    for (k, part) in parts.iter_mut().enumerate() {
+        let f = part.prototype.description().functions;
+        let moves = part.wiring.period == 0
+            && (f.direct_timed
+                || c.inputs[k].0.iter().chain(&c.inputs[k].1).any(|l| order.continuous_lane(*l)));
+        part.wiring.held = f.modes && !moves;
+    }
 }
 
 pub(super) fn guards(
-    whens: &[WhenSpec<'_>],
+    (whens, watches): (&[WhenSpec<'_>], &[WatchedSpec<'_>]),
     parts: &[Part<'_>],
     c: &Connections,
     order: &Order,
@@ -39,9 +61,14 @@ pub(super) fn guards(
     let mut lanes = Vec::new();
     for (k, part) in parts.iter().enumerate() {
         let d = part.prototype.description();
-        if d.guards.is_empty() {
+        if d.functions.modes {
+            watch.moded.resize(parts.len(), false);
+            watch.moded[k] = true;
+        }
+        if d.guards.is_empty() || part.wiring.held {
             continue;
         }
+        watch.located = true;
         let first = watch.guards.len() as u32;
         for port in &d.guards {
             for (name, _) in port.lane_names() {
@@ -60,23 +87,41 @@ pub(super) fn guards(
     for when in whens {
         match condition(when, c, order, variables) {
             Ok(condition) => {
-                lanes.extend(condition.places().filter_map(|p| match p {
-                    Place::Signal(lane) => Some(lane),
-                    _ => None,
-                }));
-                let guard = watch.guards.len() as u32;
-                watch.guards.push(GuardPlan {
-                    name: condition.text.clone(),
-                    direction: Direction::Rising,
-                    fires: Fires::Transition { to: when.to },
-                });
-                watch.conditions.push(Watched { guard, condition });
+                watch.add(condition, Fires::Transition { to: when.to }, order, &mut lanes)
             }
             Err(fault) => faults.push(fault),
         }
     }
+    for (which, watched) in (0..).zip(watches) {
+        // What is wrong with it is reported with the variables of all phases.
+        if let Ok(condition) = Condition::parse_partly(watched.when, variables)
+            && (condition.timed() || condition.places().any(|p| !matches!(p, Place::Channel(_))))
+        {
+            watch.add(condition, Fires::Watch { which }, order, &mut lanes);
+        }
+    }
     watch.ops = order.upstream(lanes.into_iter());
     if faults.is_empty() { Ok(watch) } else { Err(faults) }
+}
+
+impl Watch {
+    fn add(&mut self, condition: Condition, fires: Fires, order: &Order, lanes: &mut Vec<u32>) {
+        let signals = || {
+            condition.places().filter_map(|p| match p {
+                Place::Signal(lane) => Some(lane),
+                _ => None,
+            })
+        };
+        lanes.extend(signals());
+        // Sampled outputs and discrete states change at rows and events only.
+        self.located |= condition.timed()
+            || condition.places().any(|p| matches!(p, Place::X(_)))
+            || signals().any(|lane| order.continuous_lane(lane));
+        let guard = self.guards.len() as u32;
+        let name = condition.text.clone();
+        self.guards.push(GuardPlan { name, direction: Direction::Rising, fires });
+        self.conditions.push(Watched { guard, condition });
+    }
 }
 
 fn condition(
@@ -92,7 +137,7 @@ fn condition(
     let moves = |p: Place| match p {
         Place::X(_) | Place::D(_) => true,
         Place::Signal(lane) => !order.constant_lane(lane) || free(lane),
-        Place::Channel(_) => false,
+        Place::Channel(_) | Place::Phase(_) => false,
     };
     if !condition.timed() && !condition.places().any(moves) {
         let fact = format!("condition `{}`: nothing in it ever changes", when.when);

@@ -34,7 +34,7 @@ use crate::services::{ServiceKind, Services};
 use crate::spec::{Accuracy, PartSpec, Spec};
 use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin};
-pub(crate) use guards::WhenSpec;
+pub(crate) use guards::{WatchedSpec, WhenSpec};
 pub use host::{Bound, End, Host, HostWire, Lowering};
 pub(crate) use solved::REPORT;
 use std::collections::{BTreeMap, BTreeSet};
@@ -64,6 +64,8 @@ pub fn compile(spec: &Spec, catalogue: &Catalogue, files: &Files) -> Result<Plan
 pub(crate) struct Within<'a> {
     /// The conditions on which it is left.
     pub whens: Vec<WhenSpec<'a>>,
+    /// The conditions that the run watches.
+    pub watches: Vec<WatchedSpec<'a>>,
     /// A tick of which all phases' ticks are multiples, so that one count of ticks serves the whole run.
     pub tick: Option<Seconds>,
 }
@@ -138,7 +140,9 @@ pub(crate) fn compile_phase(
         .map_err(|f| Faults(in_file_order(f)))?;
     let variables = Arc::new(variables::variables(&parts, &connections, &order.loops));
     let sizes = Sizes { sig: connections.signals + order.work, ..connections.sizes };
-    let watch = guards::guards(&within.whens, &parts, &connections, &order, &variables)
+    guards::hold(&mut parts, &connections, &order);
+    let watched = (&within.whens[..], &within.watches[..]);
+    let watch = guards::guards(watched, &parts, &connections, &order, &variables)
         .map_err(|f| Faults(in_file_order(f)))?;
     let links = std::mem::take(&mut connections.links);
     let wires = connect::Connections::listing(links, &parts, &order);
@@ -149,6 +153,7 @@ pub(crate) fn compile_phase(
     let with = |test: &dyn Fn(&Part<'_>) -> bool| -> Vec<u32> {
         (0..parts.len() as u32).filter(|&k| test(&parts[k as usize])).collect()
     };
+    let averages = parts.iter().any(|p| p.prototype.description().functions.averages);
     let stored = with(&|p| p.prototype.stored());
     let steps = with(&|p| p.prototype.description().functions.steps);
     let positioned = with(&|p| !p.prototype.description().positions.is_empty());
@@ -179,6 +184,10 @@ pub(crate) fn compile_phase(
         guarded: watch.guarded,
         conditions: watch.conditions,
         guard_ops: watch.ops,
+        located: watch.located,
+        moded: watch.moded,
+        averages: integration.control.is_none() && averages,
+        watches: within.watches.len() as u32,
         asked: settings::asked(&parts, &services),
         parts: parts
             .into_iter()

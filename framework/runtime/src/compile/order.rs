@@ -77,6 +77,14 @@ impl Order {
         }
     }
 
+    /// True when the lane changes between ticks.
+    pub(crate) fn continuous_lane(&self, lane: u32) -> bool {
+        match self.flow.producer.get(lane as usize) {
+            Some(&op) if op != NONE => self.variability[op as usize] == Variability::Continuous,
+            _ => false,
+        }
+    }
+
     /// True when the lane changes at ticks only.
     pub(crate) fn sampled_lane(&self, lane: u32) -> bool {
         match self.flow.producer.get(lane as usize) {
@@ -263,7 +271,9 @@ pub(super) fn vary(
                 Op::Moore(_) => d.functions.moore_timed,
                 _ => d.functions.direct_timed,
             };
-            if !d.continuous.is_empty() || d.functions.guards {
+            // The pieces of a part with modes follow from its inputs and the clock.
+            let events = d.functions.guards && !d.functions.modes;
+            if !d.continuous.is_empty() || events {
                 Variability::Continuous
             } else if part.wiring.period > 0 {
                 Variability::Sampled([(part.wiring.period, part.wiring.offset)].into())

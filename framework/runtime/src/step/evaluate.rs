@@ -3,6 +3,7 @@ use super::linearise::Linear;
 use super::pins::Pins;
 use super::{solve, turning};
 use crate::block::{Block, Evaluation, Failure, Now, Outcome};
+use crate::condition::Times;
 use crate::plan::{Op, Plan};
 use linkwork_integrate::{At, System};
 use std::ops::Range;
@@ -71,6 +72,37 @@ pub(super) fn run_all(
     Ok(())
 }
 
+/// The same at a row or an event: before the outputs of a part with modes its piece follows from the levels.
+#[inline]
+pub(super) fn run_all_now(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    ops: &[u32],
+    now: &Now,
+    (x, d, sig): (&[f64], &mut [f64], &mut [f64]),
+    pins: Option<&Pins>,
+) -> Result<(), Stopped> {
+    if plan.moded.is_empty() {
+        return run_all(blocks, plan, ops, now, (x, d, sig), pins);
+    }
+    for &k in ops {
+        let op = plan.ops[k as usize];
+        if let Op::Direct(block) = op
+            && plan.moded[block as usize]
+        {
+            blocks[block as usize].mode(now, x, d, sig).map_err(of(block))?;
+            if let Some(pins) = pins {
+                pins.discrete(d);
+            }
+        }
+        run(blocks, plan, op, now, x, d, sig)?;
+        if let Some(pins) = pins {
+            pins.after(k, sig);
+        }
+    }
+    Ok(())
+}
+
 /// Derivatives, when the signals are those of this state; zero where a state is pinned.
 #[inline]
 pub(super) fn derivatives(
@@ -93,20 +125,23 @@ pub(super) fn derivatives(
     Ok(())
 }
 
-/// Values of all guards, when the signals that they read are those of this state.
+/// Values of all guards, when the signals that they read are those of this state. `began`: when the phase began (s).
 pub(super) fn guards(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
-    now: &Now,
+    (now, began): (&Now, f64),
     (x, d, sig): (&[f64], &[f64], &[f64]),
     values: &mut [f64],
 ) -> Result<(), Stopped> {
+    let times = Times { time: now.t, phase: now.t - began };
     for g in &plan.guarded {
         let values = &mut values[g.first as usize..(g.first + g.count) as usize];
         blocks[g.block as usize].guards(now, x, d, sig, values).map_err(of(g.block))?;
     }
     for c in &plan.conditions {
-        values[c.guard as usize] = c.condition.value(now.t, x, d, sig);
+        let value = c.condition.value(times, x, d, sig);
+        // A variable that is absent or NaN: it does not hold.
+        values[c.guard as usize] = if value.is_nan() { -1.0 } else { value };
     }
     Ok(())
 }
@@ -118,6 +153,8 @@ pub(super) struct Running<'a> {
     pub d: &'a [f64],
     pub sig: &'a mut [f64],
     pub now: Now,
+    /// When the phase began (s).
+    pub began: f64,
     /// What keeps its value.
     pub pins: Option<&'a Pins>,
     /// Counts evaluations.
@@ -139,9 +176,9 @@ impl Running<'_> {
     /// Values of the guards at a state within a step.
     pub fn guards_at(&mut self, t: f64, x: &[f64], values: &mut [f64]) -> Result<(), Stopped> {
         let now = self.next(t);
-        let Running { plan, blocks, d, sig, pins, .. } = self;
+        let Running { plan, blocks, d, sig, pins, began, .. } = self;
         run_all(blocks, plan, &plan.guard_ops, &now, (x, d, sig), *pins)?;
-        guards(blocks, plan, &now, (x, d, sig), values)
+        guards(blocks, plan, (&now, *began), (x, d, sig), values)
     }
 }
 

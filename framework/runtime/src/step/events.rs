@@ -1,17 +1,19 @@
-//! Events: where guards change their sign, and what they fire.
+//! Events: where guards reach their thresholds, and what they fire.
 //!
 //! ```text
 //! after a step:   guards at its end, and inside where they may have crossed twice
 //! a crossing:     sought on the dense output, then located to 1 ps by steps that end there; all guards that cross
-//!                 within 1 ns of it are due, in path order
-//! an event:       the first that is due fires → operations that follow → guards again
+//!                 within 1 ns of it are due
+//! an event:       the first part in path order of which a guard is due: `fired` once, with all of its guards that are due
+//!                 → operations that follow → guards again
 //! ```
-//! A guard that has fired counts again when it has left its zero. Conditions of transitions are due
-//! as soon as they hold.
+//! A guard with a direction is a level: it is due at the start of the run, or of the phase that brings its part, where it has
+//! reached zero there. Later it is due where it reaches zero coming from its other side. Conditions of transitions are due as soon as they hold.
 use super::evaluate::{self, Running, Stopped};
 use super::integrate::Purpose;
 use super::{GuardState, Simulation, State};
 use crate::block::{Evaluation, Failure, Now};
+use crate::model::Fired;
 use crate::plan::{Fires, GuardPlan, Plan};
 use linkwork_integrate::Failure as StepFailure;
 use linkwork_integrate::events::{Crossing, Direction, Search, SearchError, Side, first_crossing};
@@ -23,66 +25,96 @@ const EXACT: f64 = 1e-12;
 /// Events at one instant, beyond which a cascade has no end.
 const CASCADE_MAX: u32 = 1000;
 
-fn sign(value: f64) -> i8 {
-    i8::from(value > 0.0) - i8::from(value < 0.0)
+/// The side of a value: −1 or 1.
+fn side(value: f64, direction: Direction) -> i8 {
+    if Side::of(value, direction) == Side::Above { 1 } else { -1 }
 }
 
-/// Whether a change to this side counts.
-fn counts(direction: Direction, to: i8) -> bool {
+/// The way of a change to this side, when it counts.
+fn way(direction: Direction, to: i8) -> Option<i8> {
     match direction {
-        Direction::Rising => to > 0,
-        Direction::Falling => to < 0,
-        Direction::Either => to != 0,
+        Direction::Rising if to < 0 => None,
+        Direction::Falling if to > 0 => None,
+        _ => Some(to),
     }
 }
 
 impl GuardState {
-    /// Looks at a value: whether it has changed sides in a direction that counts.
-    fn see(&mut self, value: f64, direction: Direction, level: bool) -> bool {
+    /// Takes a value at a later instant: due where it has come to the other side in a direction that counts.
+    fn see(&mut self, value: f64, guard: &GuardPlan) {
         self.value = value;
-        let to = sign(value);
-        let crossed = to != 0 && self.side != 0 && to != self.side && counts(direction, to);
-        if to != 0 {
-            self.side = to;
+        let to = side(value, guard.direction);
+        if self.side != 0
+            && to != self.side
+            && let Some(way) = way(guard.direction, to)
+        {
+            self.due = way;
         }
-        crossed || (level && value > 0.0)
+        self.side = to;
     }
 
-    /// Due no more where the state was changed from outside, or the part, so that the value stands where it came from again. `change`: its last one in a step; within a
-    /// millionth of that it is rounding.
-    pub(super) fn go_back(&mut self, value: f64, change: f64, guard: &GuardPlan) {
-        let rounding = if change.is_finite() { 1e-6 * change.abs() } else { 1e-9 };
-        let back = match guard.direction {
-            Direction::Rising => value < -rounding,
-            Direction::Falling => value > rounding,
-            Direction::Either => false,
-        };
-        if self.due && back && !guard.level() {
-            (self.due, self.value, self.side) = (false, value, sign(value));
+    /// Takes a value at the same instant. One that has fired here stays unknown: it stands at its zero but for round-off.
+    pub(super) fn see_now(&mut self, value: f64, guard: &GuardPlan) {
+        let fired = self.side == 0;
+        self.see(value, guard);
+        if fired {
+            self.side = 0;
         }
+        if guard.level() && value >= 0.0 {
+            self.due = 1;
+        }
+        self.go_back(value, guard);
+    }
+
+    /// Due no more where the value stands where it came from again: the state was changed from outside, or the part, or an
+    /// event of the same instant.
+    pub(super) fn go_back(&mut self, value: f64, guard: &GuardPlan) {
+        let back = match (self.due, guard.direction) {
+            (0, _) => false,
+            (_, Direction::Rising) => value < -self.slack,
+            (_, Direction::Falling) => value > self.slack,
+            (way, Direction::Either) => f64::from(way) * value < -self.slack,
+        };
+        if back {
+            (self.due, self.value, self.side) = (0, value, side(value, guard.direction));
+        }
+    }
+
+    /// After a step of h s in which its value came to this.
+    fn moved(&mut self, end: f64, h: f64) {
+        self.change = end - self.value;
+        let part = (2.0 * WINDOW / h).clamp(1e-6, 1.0);
+        self.slack = if self.change.is_finite() { part * self.change.abs() } else { 0.0 };
     }
 }
 
 impl Simulation {
     pub(super) fn is_due(&self) -> bool {
-        self.state.guards.iter().any(|g| g.due)
+        self.state.guards.iter().any(GuardState::is_due)
     }
 
     /// Guards at the present instant, into `work.end`.
     fn values_now(&mut self, plan: &Plan) -> Result<(), Stopped> {
         let now = self.next(Evaluation::Tick);
-        let State { x, d, sig, .. } = &self.state;
-        evaluate::guards(&mut self.blocks, plan, &now, (x, d, sig), &mut self.work.end)
+        let State { x, d, sig, began, .. } = &self.state;
+        let lanes = (&x[..], &d[..], &sig[..]);
+        evaluate::guards(&mut self.blocks, plan, (&now, *began), lanes, &mut self.work.end)
     }
 
-    /// At the start of a run or phase: the side on which each guard stands.
+    /// At the start of a run or phase: the side on which each guard stands; one that has reached zero is due.
     pub(super) fn arm(&mut self) -> Result<(), Stopped> {
         let plan = self.plan.clone();
         self.values_now(&plan)?;
         for (k, guard) in plan.guards.iter().enumerate() {
             let (state, value) = (&mut self.state.guards[k], self.work.end[k]);
-            state.due |= guard.level() && value > 0.0;
-            (state.value, state.side, state.change) = (value, sign(value), f64::INFINITY);
+            let on = side(value, guard.direction);
+            (state.value, state.side) = (value, on);
+            (state.change, state.slack) = (f64::INFINITY, 0.0);
+            if guard.direction != Direction::Either
+                && let Some(way) = way(guard.direction, on)
+            {
+                state.due = way;
+            }
         }
         Ok(())
     }
@@ -93,8 +125,7 @@ impl Simulation {
         if self.is_due() {
             self.values_now(&plan)?;
             for (k, guard) in plan.guards.iter().enumerate() {
-                let state = &mut self.state.guards[k];
-                state.go_back(self.work.end[k], state.change, guard);
+                self.state.guards[k].go_back(self.work.end[k], guard);
             }
         }
         Ok(())
@@ -104,76 +135,118 @@ impl Simulation {
     pub(super) fn look(&mut self, plan: &Plan) -> Result<(), Stopped> {
         self.values_now(plan)?;
         for (k, guard) in plan.guards.iter().enumerate() {
-            let (state, value) = (&mut self.state.guards[k], self.work.end[k]);
-            state.due |= state.see(value, guard.direction, guard.level());
+            self.state.guards[k].see_now(self.work.end[k], guard);
         }
         Ok(())
     }
 
-    /// Fires the first guard that is due.
-    pub(super) fn fire(&mut self) -> Result<(), Stopped> {
+    /// Fires what is due first; the condition that the run watches, when one has come to hold.
+    pub(super) fn fire(&mut self) -> Result<Option<u32>, Stopped> {
         let plan = self.plan.clone();
-        let Some(k) = self.state.guards.iter().position(|g| g.due) else { return Ok(()) };
+        // An event of this instant may have changed what is due.
+        self.go_back()?;
+        let Some(k) = self.state.guards.iter().position(GuardState::is_due) else {
+            return Ok(None);
+        };
         let guard = &plan.guards[k];
-        if let Fires::Part { block, which } = guard.fires {
-            // What stops the run stays due: a run that goes on from here stops again.
-            self.hear(&plan, &guard.name, block, which as usize)?;
-        }
-        self.state.micro += 1;
-        if self.state.micro > CASCADE_MAX {
-            return Err(self.endless(&plan, k));
-        }
-        self.state.guards[k].due = false;
-        let GuardState { change, side, .. } = self.state.guards[k];
+        self.work.last = Some(k as u32);
         match guard.fires {
-            Fires::Part { block, which } => {
-                let now = self.next(Evaluation::Tick);
-                let State { x, d, sig, pins, .. } = &mut self.state;
-                let fired = self.blocks[block as usize].fired(&now, which as usize, x, d, sig);
-                fired.map_err(|failure| Stopped { block, failure })?;
-                if let Some(pins) = pins {
-                    pins.hold(x, d, sig);
-                }
-                self.refresh()?;
-                self.state.guards[k].side = 0;
-                self.look(&plan)?;
-                self.leave_zero(&plan, k, side, change);
+            Fires::Part { block, .. } => self.fire_part(&plan, block)?,
+            Fires::Transition { to } => {
+                self.count_event(&plan)?;
+                self.state.guards[k].due = 0;
+                self.transition(to, &guard.name)?;
             }
-            Fires::Transition { to } => self.transition(to, &guard.name)?,
+            Fires::Watch { which } => {
+                (self.state.guards[k].due, self.state.guards[k].side) = (0, 0);
+                let t = self.time();
+                let held = &mut self.state.held[which as usize];
+                *held = held.min(t);
+                return Ok(Some(which));
+            }
         }
         // The step size of before says nothing about after.
         self.state.memory = linkwork_integrate::Memory::START;
+        Ok(None)
+    }
+
+    /// One more event at this instant.
+    fn count_event(&mut self, plan: &Plan) -> Result<(), Stopped> {
+        self.state.micro += 1;
+        if self.state.micro > CASCADE_MAX {
+            return Err(self.endless(plan));
+        }
         Ok(())
     }
 
-    /// The guard that has just fired stands at its zero and waits until it leaves it; unless what it
-    /// fired threw it back to the other side, which is a change of sign like any other. Within a
-    /// millionth of its last change a value is rounding.
-    fn leave_zero(&mut self, plan: &Plan, fired: usize, side: i8, change: f64) {
-        let guard = &mut self.state.guards[fired];
-        let rounding = if change.is_finite() { 1e-6 * change.abs() } else { 0.0 };
-        let to = sign(guard.value);
-        let back = to == -side && to != 0 && guard.value.abs() > rounding;
-        guard.due |= back && counts(plan.guards[fired].direction, to);
-        guard.side = if back { to } else { 0 };
+    /// Calls `fired` of a part with all of its guards that are due.
+    fn fire_part(&mut self, plan: &Plan, block: u32) -> Result<(), Stopped> {
+        let Some(g) = plan.guarded.iter().find(|g| g.block == block) else { return Ok(()) };
+        let all = g.first as usize..(g.first + g.count) as usize;
+        let mut ways = std::mem::take(&mut self.work.ways);
+        for k in all.clone() {
+            if self.state.guards[k].is_due() {
+                ways.fill(0);
+                ways[k - all.start] = self.state.guards[k].due;
+                // What stops the run stays due: a run that continues from here stops again.
+                let which = Fired::new(&ways[..all.len()]);
+                if let Err(stopped) = self.hear(plan, &plan.guards[k].name, block, which) {
+                    self.work.ways = ways;
+                    return Err(stopped);
+                }
+            }
+        }
+        self.count_event(plan)?;
+        for (way, k) in ways.iter_mut().zip(all.clone()) {
+            *way = std::mem::take(&mut self.state.guards[k].due);
+        }
+        let now = self.next(Evaluation::Tick);
+        let State { x, d, sig, pins, .. } = &mut self.state;
+        let which = Fired::new(&ways[..all.len()]);
+        let done = self.blocks[block as usize].fired(&now, which, x, d, sig);
+        if let Some(pins) = pins {
+            pins.hold(x, d, sig);
+        }
+        let done = done.map_err(|failure| Stopped { block, failure });
+        let done = done.and_then(|()| self.refresh());
+        let fired = || all.clone().zip(ways.iter()).filter(|(_, way)| **way != 0);
+        fired().for_each(|(k, _)| self.state.guards[k].side = 0);
+        let done = done.and_then(|()| self.look(plan));
+        for (k, &way) in fired() {
+            self.leave_zero(plan, k, way);
+        }
         // How fast guards move after an event is not known.
         self.state.guards.iter_mut().for_each(|g| g.change = f64::INFINITY);
+        self.work.ways = ways;
+        done
+    }
+
+    /// A guard that has just fired stands at its zero, and its side is unknown until a step has shown it; unless what it
+    /// fired threw it back to the other side, which is a change like any other.
+    fn leave_zero(&mut self, plan: &Plan, fired: usize, went: i8) {
+        let (guard, direction) = (&mut self.state.guards[fired], plan.guards[fired].direction);
+        let to = side(guard.value, direction);
+        let back = to == -went && guard.value.abs() > guard.slack;
+        if back {
+            guard.side = to;
+            guard.due = way(direction, to).unwrap_or(0);
+        }
     }
 
     #[cold]
-    fn endless(&self, plan: &Plan, k: usize) -> Stopped {
-        let names: Vec<&str> = (plan.guards.iter().zip(&self.state.guards))
-            .filter(|(_, s)| s.due)
-            .map(|(g, _)| &*g.name)
-            .collect();
+    fn endless(&self, plan: &Plan) -> Stopped {
+        let due = |(_, s): &(&GuardPlan, &GuardState)| s.is_due();
+        let both = || plan.guards.iter().zip(&self.state.guards).filter(due);
+        let names: Vec<&str> = both().map(|(g, _)| &*g.name).collect();
         let message =
             format!("{CASCADE_MAX} events at one instant, and still due: {}", names.join(", "));
         let help = "each fires the other, or itself, without end: let a guard change its state so that it leaves zero";
-        let block = match plan.guards[k].fires {
-            Fires::Part { block, .. } => block,
-            Fires::Transition { .. } => 0,
-        };
-        Stopped { block, failure: Box::new(Failure { message, help: Some(help.into()) }) }
+        let block = both().find_map(|(g, _)| match g.fires {
+            Fires::Part { block, .. } => Some(block),
+            _ => None,
+        });
+        let failure = Box::new(Failure { message, help: Some(help.into()) });
+        Stopped { block: block.unwrap_or(0), failure }
     }
 
     /// After a step of h s, the `last` before the row or not: where in it the first guard crosses; all that cross within 1 ns of that are
@@ -197,8 +270,8 @@ impl Simulation {
         if let Ok(None) = found {
             for (k, guard) in plan.guards.iter().enumerate() {
                 let state = &mut self.state.guards[k];
-                state.change = end[k] - state.value;
-                state.see(end[k], guard.direction, false);
+                state.moved(end[k], h);
+                state.see(end[k], guard);
             }
         }
         self.work.end = end;
@@ -217,13 +290,14 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Stage,
+            span: None,
             number: 0,
         };
         let Simulation { state, blocks, work, .. } = self;
-        let State { d, sig, pins, .. } = state;
-        let (number, pins) = (&mut work.number, pins.as_deref());
+        let State { d, sig, pins, began, .. } = state;
+        let (number, pins, began) = (&mut work.number, pins.as_deref(), *began);
         let (linear, stage) = (None, None);
-        let mut running = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
+        let mut running = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
         running.guards_at(t, x, values)
     }
 
@@ -265,17 +339,17 @@ impl Simulation {
         let Some((found, k)) = first else { return Ok(None) };
         let theta = found.theta;
         for (state, end) in self.state.guards.iter_mut().zip(end) {
-            state.change = end - state.value;
+            state.moved(*end, h);
         }
-        self.state.guards[k].due = true;
+        self.state.guards[k].due = if found.direction == Direction::Rising { 1 } else { -1 };
         // Others within the window: on the other side by its end.
         let later = (theta + WINDOW / h).min(1.0);
         self.look_at(plan, h, later)?;
         for (k, guard) in plan.guards.iter().enumerate() {
             let value = self.work.middle[k];
             let state = &mut self.state.guards[k];
-            if !state.due {
-                state.due = state.see(value, guard.direction, guard.level());
+            if !state.is_due() {
+                state.see(value, guard);
             }
         }
         self.by_steps(plan, h, k, found).map(Some)
@@ -296,6 +370,10 @@ impl Simulation {
             return Ok(theta);
         }
         let sign = if found.direction == Direction::Rising { 1.0 } else { -1.0 };
+        // Zero itself is on the old side of a guard in both directions that rises.
+        let strict =
+            plan.guards[k].direction == Direction::Either && found.direction == Direction::Rising;
+        let reached = |y: f64| y > 0.0 || (y == 0.0 && !strict);
         let start = sign * self.state.guards[k].value;
         let back = theta.min(1e-3);
         self.look_at(plan, h, theta - back)?;
@@ -305,22 +383,22 @@ impl Simulation {
         };
         let width = (EXACT / h).max(4.0 * f64::EPSILON);
         let there = value(theta)?;
-        if (0.0..=slope * width).contains(&there) {
+        if reached(there) && there <= slope * width {
             return Ok(theta);
         }
         // A bracket around it, whose width follows from how far off the value is.
         let mut reach = if slope > 0.0 { (2.0 * there.abs() / slope).max(width) } else { width };
         let (mut low, mut high) = ((theta, there), (theta, there));
-        while low.1 >= 0.0 {
+        while reached(low.1) {
             high = low;
             let to = (theta - reach).max(0.0);
             low = (to, if to > 0.0 { value(to)? } else { start });
-            if to == 0.0 && low.1 >= 0.0 {
+            if to == 0.0 && reached(low.1) {
                 return Ok(theta);
             }
             reach *= 2.0;
         }
-        while high.1 < 0.0 {
+        while !reached(high.1) {
             if high.0 == 1.0 {
                 // It touches zero within the error of the step.
                 return Ok(theta);
@@ -331,8 +409,8 @@ impl Simulation {
             reach *= 2.0;
         }
         let wide = high.0 - low.0;
-        let search =
-            Search { direction: Direction::Rising, h: wide * h, tolerance: EXACT, samples: 1 };
+        let direction = if strict { Direction::Either } else { Direction::Rising };
+        let search = Search { direction, h: wide * h, tolerance: EXACT, samples: 1 };
         let inside = |part: f64| value(low.0 + part * wide);
         match first_crossing(inside, [low.1, high.1], Side::Below, &search) {
             Ok(found) => Ok(found.crossing.map_or(theta, |c| low.0 + c.theta * wide)),
@@ -350,22 +428,22 @@ impl Simulation {
         k: usize,
         end: f64,
     ) -> Result<Option<Crossing>, StepFailure<Stopped>> {
-        let GuardState { value: start, change, side, .. } = self.state.guards[k];
+        let GuardState { value: start, change, side: was, .. } = self.state.guards[k];
+        let direction = plan.guards[k].direction;
         // It may have gone to zero and come back only if it moved about as far as it stands from it.
         let moved = (end - start).abs().max(change.abs());
         let near = start.abs().min(end.abs());
-        if side != 0 && sign(end) == side && near > 2.0 * moved {
+        if was != 0 && side(end, direction) == was && near > 2.0 * moved {
             return Ok(None);
         }
-        let side = match side {
+        let was = match was {
             -1 => Side::Below,
             1 => Side::Above,
-            _ => Side::Zero,
+            _ => Side::Unknown,
         };
-        let direction = plan.guards[k].direction;
         let search = Search { direction, h, tolerance: EXACT, samples: 1 };
         let value = |theta: f64| self.look_at(plan, h, theta).map(|()| self.work.middle[k]);
-        match first_crossing(value, [start, end], side, &search) {
+        match first_crossing(value, [start, end], was, &search) {
             Ok(found) => Ok(found.crossing),
             Err(SearchError::Guard(failure)) => Err(failure),
             Err(SearchError::NotANumber { .. }) => Err(StepFailure::System(self.nan(plan, k))),
@@ -377,7 +455,7 @@ impl Simulation {
         let guard = &plan.guards[k];
         let block = match guard.fires {
             Fires::Part { block, .. } => block,
-            Fires::Transition { .. } => 0,
+            _ => 0,
         };
         let message = format!("guard `{}` is no number", guard.name);
         Stopped { block, failure: Box::new(Failure { message, help: None }) }

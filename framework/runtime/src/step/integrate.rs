@@ -6,7 +6,13 @@ use super::{RunError, Simulation, State, Stop};
 use super::{observe, turning};
 use crate::block::{Evaluation, Now};
 use crate::plan::{Place, Plan};
+use crate::value::{Fault, Origin};
 use linkwork_integrate::Failure;
+
+/// Steps and events one after another that do not advance a run, beyond which it ends.
+const TINY_MAX: u32 = 10_000;
+/// Steps between two rows or events, at which a run warns.
+const MANY: u32 = 1_000_000;
 
 impl Simulation {
     /// To the end of the present row, or to the first event before it.
@@ -14,7 +20,7 @@ impl Simulation {
     pub(super) fn integrate(&mut self, plan: &Plan) -> Result<Stop, RunError> {
         let gap = plan.base.times(plan.table[self.state.row as usize].gap);
         self.observe_start();
-        if plan.derivs.is_empty() && plan.steps.is_empty() && plan.guards.is_empty() {
+        if plan.derivs.is_empty() && plan.steps.is_empty() && !plan.located {
             self.observe_step(plan, (gap - self.state.since, true), None);
             return Ok(Stop::Row);
         }
@@ -23,8 +29,9 @@ impl Simulation {
             let moved = self.advance(plan, gap - self.state.since);
             moved.map_err(|failure| self.failed(failure))?;
         }
-        // k₁ of the first step comes from the signals of this instant.
-        let mut known = true;
+        // k₁ of the first step comes from the signals of this instant, unless parts give averages over the step.
+        let mut known = !plan.averages;
+        let mut steps = 0_u32;
         loop {
             let rest = gap - self.state.since;
             if rest <= 0.0 {
@@ -32,11 +39,13 @@ impl Simulation {
             }
             let result = self.one_step(plan, rest, known);
             let (h, end) = result.map_err(|failure| self.failed(failure))?;
-            let event = match plan.guards.is_empty() {
-                true => None,
-                false => self.crossing(plan, (h, end)).map_err(|failure| self.failed(failure))?,
+            let event = match plan.located {
+                false => None,
+                true => self.crossing(plan, (h, end)).map_err(|failure| self.failed(failure))?,
             };
             self.observe_step(plan, (h, end), event);
+            let length = event.map_or(h, |theta| theta * h);
+            self.advances(length, gap)?;
             if let Some(theta) = event {
                 let moved = self.go_to_event(plan, h, theta, gap);
                 moved.map_err(|failure| self.failed(failure))?;
@@ -48,7 +57,53 @@ impl Simulation {
             self.state.since += h;
             self.state.micro = 0;
             known = false;
+            steps += 1;
+            if steps == MANY {
+                self.tell_many(h);
+            }
+            if self.is_interrupted() {
+                let settled = self.refresh().map_err(Failure::System);
+                settled.map_err(|failure| self.failed(failure))?;
+                return Ok(Stop::Interrupted);
+            }
         }
+    }
+
+    /// That a run advances: not [`TINY_MAX`] steps and events one after another below a billionth of a row.
+    #[inline]
+    fn advances(&mut self, length: f64, gap: f64) -> Result<(), RunError> {
+        if length >= 1e-9 * gap {
+            self.work.tiny = 0;
+            return Ok(());
+        }
+        self.work.tiny += 1;
+        if self.work.tiny < TINY_MAX { Ok(()) } else { Err(self.chatters(length)) }
+    }
+
+    #[cold]
+    fn chatters(&self, length: f64) -> RunError {
+        let last = self.work.last.and_then(|k| self.plan.guards.get(k as usize));
+        let guard = last.map_or(String::new(), |g| format!(", the last event is `{}`", g.name));
+        RunError {
+            time: self.time(),
+            path: last.map_or(String::new(), |g| g.name.clone()),
+            message: format!(
+                "the run does not advance: {TINY_MAX} steps and events one after another were shorter than a billionth of a row, the last {length:.1e} s{guard}"
+            ),
+            help: Some(
+                "a jump in a feedback looks like this: give it two thresholds, or take a fixed step (`accuracy: \"fixed\"`)".into(),
+            ),
+        }
+    }
+
+    #[cold]
+    fn tell_many(&mut self, h: f64) {
+        let (time, row) = (self.time(), self.plan.step.seconds());
+        let message = format!(
+            "{MANY} steps of the integrator since the last row or event, now of {h:.1e} s in a row of {row} s"
+        );
+        let help = "loosen `accuracy`, use `rodas4p` for what is stiff, or give a jump in a feedback two thresholds";
+        self.notices.add("many steps", time, Fault::new(Origin::NONE, message).help(help));
     }
 
     /// One step of at most `rest` s; gives its length, and whether it ends at the row.
@@ -65,16 +120,20 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Tick,
+            span: plan.averages.then(|| [t, t + rest]),
             number: self.work.number,
         };
         if plan.derivs.is_empty() {
             return Ok((rest, true));
         }
         let Simulation { state, blocks, work, .. } = self;
-        let State { x, d, sig, memory, pins, .. } = state;
+        let State { x, d, sig, memory, pins, began, .. } = state;
+        let began = *began;
         let pins = pins.as_deref();
         let turns = !turning::of(plan).is_empty();
         let k1 = match known {
+            // The last step had other averages.
+            false if plan.averages => None,
             false => work.integrator.end_derivatives().map(|k| work.xdot.copy_from_slice(k)),
             true => {
                 let derived =
@@ -94,7 +153,7 @@ impl Simulation {
         };
         let (number, linear) = (&mut work.number, work.linear.as_deref_mut());
         let stage = turns.then_some(&mut work.stage[..]);
-        let mut system = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
+        let mut system = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
         let taken = match &plan.integration.control {
             None => {
                 work.integrator.step_fixed(&mut system, t, rest, moved, k1)?;
@@ -119,7 +178,7 @@ impl Simulation {
         if length <= 0.0 {
             return Ok(());
         }
-        if !plan.guards.is_empty() || (self.observed.is_some() && observe::keeps_start(plan)) {
+        if plan.located || (self.observed.is_some() && observe::keeps_start(plan)) {
             self.keep(plan);
         }
         self.work.advanced = (self.state.since, length);
@@ -128,10 +187,17 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Tick,
+            span: plan.averages.then(|| [self.time(), self.time() + length]),
             number: self.work.number,
         };
-        let State { x, sig, pins, .. } = &mut self.state;
-        evaluate::advance(&mut self.blocks, plan, &now, length, (x, sig), pins.as_deref())
+        let State { x, d, sig, pins, .. } = &mut self.state;
+        let (blocks, pins) = (&mut self.blocks, pins.as_deref());
+        let averaged = match plan.averages {
+            true => evaluate::run_all(blocks, plan, &plan.stage_ops, &now, (x, d, sig), pins),
+            false => Ok(()),
+        };
+        averaged
+            .and_then(|()| evaluate::advance(blocks, plan, &now, length, (x, sig), pins))
             .map_err(Failure::System)?;
         self.work.number += 1;
         Ok(())
@@ -171,25 +237,31 @@ impl Simulation {
         theta: f64,
         purpose: Purpose,
     ) -> Result<(), Failure<Stopped>> {
+        let (t, part) = (self.time(), if purpose == Purpose::Look { 1.0 } else { theta });
         let now = Now {
-            t: self.time(),
+            t,
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Stage,
+            span: plan.averages.then(|| [t, t + part * h]),
             number: self.work.number,
         };
         let Simulation { state, blocks, work, .. } = self;
         if plan.derivs.is_empty() {
             work.inside.copy_from_slice(&state.x);
         } else {
-            let State { d, sig, pins, .. } = state;
+            let State { d, sig, pins, began, .. } = state;
+            let began = *began;
             let (number, pins) = (&mut work.number, pins.as_deref());
             let (linear, stage) =
                 (None, (!turning::of(plan).is_empty()).then_some(&mut work.stage[..]));
-            let mut system = Running { plan, blocks, d, sig, now, pins, number, linear, stage };
+            let mut system =
+                Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
             // A step has a length: at its start the dense output is the state.
             if purpose == Purpose::Look || theta == 0.0 {
                 work.integrator.dense(&mut system)?.at(theta, &mut work.inside);
+            } else if plan.averages {
+                work.integrator.again_anew(&mut system, (now.t, theta * h), &mut work.inside)?;
             } else {
                 work.integrator.again(&mut system, (now.t, theta * h), &mut work.inside)?;
             }
@@ -215,7 +287,8 @@ impl Simulation {
             }
         }
         work.number += 1;
-        let now = Now { evaluation: Evaluation::Tick, number: work.number, ..now };
+        let span = plan.averages.then(|| [t - state.since + from, t - state.since + from + so_far]);
+        let now = Now { evaluation: Evaluation::Tick, span, number: work.number, ..now };
         let State { x, d, sig, pins, .. } = &mut work.before;
         let pins = pins.as_deref();
         evaluate::run_all(blocks, plan, &plan.continuous_ops, &now, (x, d, sig), pins)

@@ -549,6 +549,7 @@ impl Simulation {
             d,
             sig: &mut sig,
             now,
+            began: state.began,
             pins: None,
             number,
             linear: None,

@@ -31,7 +31,8 @@ pub(crate) use settle::settle;
 pub use state::{GuardState, State};
 
 use crate::block::{Block, Evaluation, Now};
-use crate::plan::{FieldPlan, Place, Plan, Role, Variable};
+use crate::condition::{Condition, Times};
+use crate::plan::{FieldPlan, Fires, Place, Plan, Role, Variable};
 use crate::program::Program;
 use crate::tap::Change;
 use crate::time::Seconds;
@@ -40,6 +41,7 @@ use evaluate::Stopped;
 use linearise::Linear;
 use linkwork_integrate::{Integrator, Method};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A run that cannot go on. The state is that of the instant before, or of the bad row.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -81,8 +83,12 @@ fn beyond(values: &[f64], limit: f64) -> bool {
 pub enum Stop {
     /// At a row of the table, with its work done.
     Row,
-    /// At an event, with what one guard fired done.
+    /// At an event, with what one part or transition fired done.
     Event,
+    /// At the instant from which this condition that the run watches holds: its place among [`crate::PhaseSpec::watches`].
+    Watched(u32),
+    /// Between two rows, where [`Simulation::interrupt_by`] asked it to stop.
+    Interrupted,
 }
 
 /// A run of a program.
@@ -102,6 +108,8 @@ pub struct Simulation {
     profile: Option<Profile>,
     /// Whose values over time somebody takes.
     observed: Option<Box<observe::Observed>>,
+    /// Asks it to stop between two steps.
+    interrupt: Option<Arc<AtomicBool>>,
 }
 
 /// Storage made once for a plan. Nothing in it outlives a step.
@@ -125,6 +133,12 @@ pub(crate) struct Work {
     /// Guards at the end of a step, and within.
     end: Vec<f64>,
     middle: Vec<f64>,
+    /// Which guards of a part fire, and which way they went.
+    ways: Vec<i8>,
+    /// Steps and events in a row of which none advanced the run by a billionth of a row.
+    tiny: u32,
+    /// The guard that fired last.
+    last: Option<u32>,
     /// Of `Plan::asked`: which have nothing to tell any more.
     silent: Vec<bool>,
 }
@@ -147,6 +161,9 @@ impl Work {
             advanced: (0.0, 0.0),
             end: vec![0.0; guards],
             middle: vec![0.0; guards],
+            ways: vec![0; plan.guarded.iter().map(|g| g.count as usize).max().unwrap_or(0)],
+            tiny: 0,
+            last: None,
             silent: vec![false; plan.asked.len()],
         }
     }
@@ -170,6 +187,8 @@ pub(crate) fn initial(plan: &Plan) -> State {
         d: vec![0.0; plan.sizes.d],
         sig: vec![0.0; plan.sizes.sig],
         guards: vec![GuardState::default(); plan.guards.len()],
+        entered: vec![0.0],
+        held: vec![f64::INFINITY; plan.watches as usize],
         ..State::default()
     };
     for part in &plan.parts {
@@ -218,22 +237,16 @@ impl Simulation {
     /// A run of a program, at time zero in its first phase.
     pub fn of(program: Arc<Program>) -> Self {
         let plan = program.phases[0].plan.clone();
-        let (blocks, state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
+        let (blocks, mut state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
+        state.entered = vec![f64::INFINITY; program.phases.len()];
+        state.entered[0] = 0.0;
         let (moved, broken) = (Vec::new(), None);
-        let profile = None;
+        let (profile, interrupt) = (None, None);
         let notices = notices::Notices::default();
         let observed = None;
+        #[rustfmt::skip]
         let mut sim = Simulation {
-            program,
-            plan,
-            state,
-            blocks,
-            work,
-            moved,
-            notices,
-            broken,
-            profile,
-            observed,
+            program, plan, state, blocks, work, moved, notices, broken, profile, observed, interrupt,
         };
         match sim.first_row() {
             Ok(()) => sim.judge(),
@@ -248,9 +261,8 @@ impl Simulation {
         self.replaced();
         let now = self.next(Evaluation::Tick);
         let State { x, d, sig, .. } = &mut self.state;
-        for op in &plan.ops {
-            evaluate::run(&mut self.blocks, &plan, *op, &now, x, d, sig)?;
-        }
+        let all: Vec<u32> = (0..plan.ops.len() as u32).collect();
+        evaluate::run_all_now(&mut self.blocks, &plan, &all, &now, (x, d, sig), None)?;
         self.updates(&plan, &now)?;
         self.arm()
     }
@@ -259,7 +271,8 @@ impl Simulation {
     fn next(&mut self, evaluation: Evaluation) -> Now {
         self.work.number += 1;
         let (t, tick) = (self.time(), self.state.tick);
-        Now { t, dt: self.plan.step.seconds(), tick, evaluation, number: self.work.number }
+        let (dt, number) = (self.plan.step.seconds(), self.work.number);
+        Now { t, dt, tick, evaluation, span: None, number }
     }
 
     /// The plan of the present phase.
@@ -303,8 +316,8 @@ impl Simulation {
             pins.discrete(d);
         }
         if work.refresh {
-            let lanes = (&x[..], &d[..], &mut sig[..]);
-            evaluate::run_all(&mut self.blocks, plan, &plan.continuous_ops, now, lanes, pins)?;
+            let lanes = (&x[..], &mut d[..], &mut sig[..]);
+            evaluate::run_all_now(&mut self.blocks, plan, &plan.continuous_ops, now, lanes, pins)?;
         }
         Ok(())
     }
@@ -314,6 +327,22 @@ impl Simulation {
     /// # Errors
     /// The first bad variable, when a state is no number or ran away; a part that failed; a service that could not answer.
     pub fn step(&mut self) -> Result<(), RunError> {
+        let plan = self.plan.clone();
+        let from = self.state.tick;
+        while let Stop::Watched(_) = self.go_to_row(&plan)? {
+            if self.state.tick != from && self.state.since == 0.0 && !self.is_due() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Advances to the next row, through all events on the way and at it; or to the first instant before it from which a
+    /// condition that the run watches holds, or at which it is interrupted.
+    ///
+    /// # Errors
+    /// As [`Simulation::step`].
+    pub fn step_watched(&mut self) -> Result<Stop, RunError> {
         let plan = self.plan.clone();
         self.go_to_row(&plan)
     }
@@ -329,18 +358,23 @@ impl Simulation {
     }
 
     #[inline]
-    fn go_to_row(&mut self, plan: &Plan) -> Result<(), RunError> {
+    fn go_to_row(&mut self, plan: &Plan) -> Result<Stop, RunError> {
         if plan.guards.is_empty() {
-            return self.go_to_stop(plan).map(|_| ());
+            return self.go_to_stop(plan);
         }
         let from = self.state.tick;
-        self.go_to_stop(plan)?;
+        let mut stop = self.go_to_stop(plan)?;
         // Between rows, or where events of this row are left; but not beyond a row whose last event has fired.
-        while self.state.tick == from || self.state.since > 0.0 || self.is_due() {
+        loop {
+            if matches!(stop, Stop::Watched(_) | Stop::Interrupted) {
+                return Ok(stop);
+            }
+            if self.state.tick != from && self.state.since == 0.0 && !self.is_due() {
+                return Ok(Stop::Row);
+            }
             // An event may have moved the run to another plan.
-            self.step_event()?;
+            stop = self.step_event()?;
         }
-        Ok(())
     }
 
     #[inline]
@@ -349,15 +383,13 @@ impl Simulation {
             return Err(RunError::clone(error));
         }
         if !plan.guards.is_empty() && self.is_due() {
-            self.fire().map_err(|stopped| self.stopped(stopped))?;
-            self.check()?;
-            return Ok(Stop::Event);
+            return self.fire_and_check();
         }
         self.covered(plan)?;
-        if self.integrate(plan)? == Stop::Event {
-            self.fire().map_err(|stopped| self.stopped(stopped))?;
-            self.check()?;
-            return Ok(Stop::Event);
+        match self.integrate(plan)? {
+            Stop::Event => return self.fire_and_check(),
+            Stop::Interrupted => return Ok(Stop::Interrupted),
+            Stop::Row | Stop::Watched(_) => {}
         }
         self.row(plan).map_err(|stopped| self.stopped(stopped))?;
         self.check()?;
@@ -365,6 +397,12 @@ impl Simulation {
             self.places(plan)?;
         }
         Ok(Stop::Row)
+    }
+
+    fn fire_and_check(&mut self) -> Result<Stop, RunError> {
+        let watched = self.fire().map_err(|stopped| self.stopped(stopped))?;
+        self.check()?;
+        Ok(watched.map_or(Stop::Event, Stop::Watched))
     }
 
     /// Whether every service answers until the next row.
@@ -407,8 +445,8 @@ impl Simulation {
         let now = self.next(Evaluation::Tick);
         let work = &plan.works[plan.table[self.state.row as usize].work as usize];
         let State { x, d, sig, pins, .. } = &mut self.state;
-        let lanes = (&x[..], &d[..], &mut sig[..]);
-        evaluate::run_all(&mut self.blocks, plan, &work.ops, &now, lanes, pins.as_deref())?;
+        let lanes = (&x[..], &mut d[..], &mut sig[..]);
+        evaluate::run_all_now(&mut self.blocks, plan, &work.ops, &now, lanes, pins.as_deref())?;
         self.updates(plan, &now)?;
         if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
     }
@@ -435,7 +473,9 @@ impl Simulation {
     pub fn run_until(&mut self, t: Seconds) -> Result<(), RunError> {
         let mut plan = self.plan.clone();
         while self.before(t) {
-            self.go_to_row(&plan)?;
+            if self.go_to_row(&plan)? == Stop::Interrupted {
+                return Ok(());
+            }
             if !Arc::ptr_eq(&plan, &self.plan) {
                 plan = self.plan.clone();
             }
@@ -447,11 +487,34 @@ impl Simulation {
         Ok(())
     }
 
-    /// True while the present tick is before `t`, exactly.
+    /// Whether a condition that the run watches holds at the present row, by its place among [`crate::PhaseSpec::watches`].
+    pub fn watched(&self, which: u32) -> bool {
+        let fires = Fires::Watch { which };
+        let guards = self.plan.guards.iter().zip(&self.state.guards);
+        guards.into_iter().any(|(guard, state)| guard.fires == fires && state.value >= 0.0)
+    }
+
+    /// Whether the run stands at a row of the table, with no event left there.
+    pub fn at_row(&self) -> bool {
+        self.state.since == 0.0 && !self.is_due()
+    }
+
+    /// Whether a condition over the variables of the program holds at present.
+    pub fn holds(&self, condition: &Condition) -> bool {
+        let time = self.time();
+        let times = Times { time, phase: time - self.state.began };
+        condition.holds(times, |place| self.value(place))
+    }
+
+    /// True while the present tick is before `t`. A tick that is nearer to `t` than a billionth of `t`, and than a thousandth of a
+    /// tick, is at `t`: a sum such as `time + 0.02` in floating point is not a multiple of the tick.
     pub fn before(&self, t: Seconds) -> bool {
         let base = self.plan.base;
-        u128::from(self.state.tick) * u128::from(base.num) * u128::from(t.den)
-            < u128::from(t.num) * u128::from(base.den)
+        // In units of one second by both denominators.
+        let tick = u128::from(base.num) * u128::from(t.den);
+        let (now, goal) =
+            (u128::from(self.state.tick) * tick, u128::from(t.num) * u128::from(base.den));
+        goal.saturating_sub(now) > (goal / 1_000_000_000).min(tick / 1000)
     }
 
     fn is_bad(&self) -> bool {
@@ -525,6 +588,10 @@ impl Simulation {
                 let place = self.program.channels[self.state.phase as usize][k as usize];
                 place.map_or(f64::NAN, |place| self.value(place))
             }
+            Place::Phase(k) => match self.state.entered.get(k as usize) {
+                Some(t) if t.is_finite() => *t,
+                _ => f64::NAN,
+            },
         }
     }
 
@@ -541,6 +608,15 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::variable`].
     pub fn get(&self, path: &str) -> Result<f64, VariableError> {
+        let known = self.variable(path)?;
+        let value = self.value(known.place);
+        let of_phases = |k: u32| {
+            let place = self.program.channels[self.state.phase as usize][k as usize];
+            matches!(place, Some(Place::Phase(_)))
+        };
+        if matches!(known.place, Place::Channel(k) if of_phases(k)) {
+            return Ok(value);
+        }
         Ok(self.value(self.here(path)?.place))
     }
 
@@ -600,7 +676,7 @@ impl Simulation {
                 Place::X(k) => self.state.x[k as usize] = before,
                 Place::D(k) => self.state.d[k as usize] = before,
                 Place::Signal(k) => self.state.sig[k as usize] = before,
-                Place::Channel(_) => {}
+                Place::Channel(_) | Place::Phase(_) => {}
             }
             let _ = self.refresh();
             VariableError { message: e.message, help: e.help.unwrap_or_default() }
@@ -650,9 +726,9 @@ impl Simulation {
         let plan = self.plan.clone();
         let now = self.next(Evaluation::Tick);
         let State { x, d, sig, pins, .. } = &mut self.state;
-        let lanes = (&x[..], &d[..], &mut sig[..]);
+        let lanes = (&x[..], &mut d[..], &mut sig[..]);
         let ops = &plan.continuous_ops;
-        evaluate::run_all(&mut self.blocks, &plan, ops, &now, lanes, pins.as_deref())?;
+        evaluate::run_all_now(&mut self.blocks, &plan, ops, &now, lanes, pins.as_deref())?;
         if self.broken.is_some() {
             self.judge();
         }
@@ -679,7 +755,18 @@ impl Simulation {
             broken: self.broken.clone(),
             profile: None,
             observed: None,
+            interrupt: None,
         }
+    }
+
+    /// A flag that stops a step before its row when it is set, between two steps of the integrator: a row of an hour may take a
+    /// million of them. [`Simulation::step_watched`] then gives [`Stop::Interrupted`]; the run may be saved there, and continues with the next step.
+    pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
+        self.interrupt = Some(flag);
+    }
+
+    pub(super) fn is_interrupted(&self) -> bool {
+        self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 
     /// Makes no work of an earlier state hold for this one: after the state was replaced.
@@ -695,7 +782,8 @@ impl Simulation {
         if phase != self.state.phase {
             self.plan = self.program.phases[phase as usize].plan.clone();
             self.blocks = self.new_blocks(&self.plan);
-            self.state = State { phase, ..initial(&self.plan) };
+            let entered = std::mem::take(&mut self.state.entered);
+            self.state = State { phase, entered, ..initial(&self.plan) };
             let number = self.work.number + 1;
             self.work = Work { number, ..Work::new(&self.plan) };
         }

@@ -114,6 +114,10 @@ impl Simulation {
             Some(route) => self.go_over(&plan, to, route)?,
             None => self.go_over(&plan, to, &Route::new(&self.plan, &plan))?,
         };
+        let t = self.time();
+        if let Some(entered) = self.state.entered.get_mut(to as usize) {
+            *entered = t;
+        }
         self.hear_new(&plan, &report.new);
         // Nobody may ever ask: the oldest go.
         if self.moved.len() >= MOVES_KEPT {
@@ -131,6 +135,9 @@ impl Simulation {
     ) -> Result<MoveReport, Stopped> {
         let mut report = MoveReport::default();
         let mut state = State { phase, micro: self.state.micro, ..initial(plan) };
+        state.began = self.time();
+        state.entered.clone_from(&self.state.entered);
+        state.held.clone_from(&self.state.held);
         place_in_time(&self.state, &self.plan, &mut state, plan);
         let mut blocks = self.new_blocks(plan);
         let mut whole = vec![false; plan.parts.len()];
@@ -210,6 +217,7 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: state.tick,
             evaluation: Evaluation::Tick,
+            span: None,
             number: work.number,
         };
         plan.fields.iter().for_each(|field| show(&mut blocks, field));
@@ -221,13 +229,14 @@ impl Simulation {
         if let Some(pins) = pins {
             pins.hold(x, d, sig);
         }
+        let (x, d, sig) = (&x[..], &mut d[..], &mut sig[..]);
         for (k, (op, due)) in (0..).zip(plan.ops.iter().zip(due)) {
             let fresh = match op {
                 Op::Moore(k) | Op::Direct(k) => !whole[*k as usize],
                 Op::Sum(_) | Op::Loop(_) => true,
             };
             if due || fresh {
-                evaluate::run_all(&mut blocks, plan, &[k], &now, (x, d, sig), pins)?;
+                evaluate::run_all_now(&mut blocks, plan, &[k], &now, (x, d, sig), pins)?;
             }
         }
         // New sampled parts whose tick is now.
@@ -257,17 +266,18 @@ impl Simulation {
         }
         if changed {
             let ops = &plan.continuous_ops;
-            evaluate::run_all(&mut blocks, plan, ops, &now, (x, d, sig), pins)?;
+            evaluate::run_all_now(&mut blocks, plan, ops, &now, (x, d, sig), pins)?;
         }
         let old: Vec<Option<GuardState>> =
             route.guards.iter().map(|g| g.map(|j| self.state.guards[j as usize])).collect();
         (self.plan, self.state, self.blocks, self.work) = (plan.clone(), state, blocks, work);
         self.arm()?;
         for ((new, old), guard) in self.state.guards.iter_mut().zip(old).zip(&plan.guards) {
-            // A guard of a part that goes on: what is due stays due, unless the other plan has it elsewhere.
+            // A guard of a part that continues: what is due stays due, unless the other plan has it elsewhere; what the other
+            // plan has beyond its threshold at once is due.
             if let Some(old) = old {
-                (new.side, new.due) = (old.side, old.due);
-                new.go_back(new.value, old.change, guard);
+                (new.side, new.due, new.slack) = (old.side, old.due, old.slack);
+                new.see_now(new.value, guard);
             }
         }
         Ok(())

@@ -3,7 +3,7 @@
 use super::evaluate::Stopped;
 use super::{RunError, Simulation};
 use crate::block::{Evaluation, Failure};
-use crate::model::BuildError;
+use crate::model::{BuildError, Fired};
 use crate::plan::Plan;
 use crate::value::Fault;
 use linkwork_spatial::Vec3;
@@ -25,7 +25,7 @@ pub(crate) struct Notices {
 
 impl Notices {
     /// Once for each `name`.
-    fn add(&mut self, name: &str, time: f64, fault: Fault) {
+    pub(super) fn add(&mut self, name: &str, time: f64, fault: Fault) {
         // Nobody may ever ask: what comes then is not kept.
         if self.told.insert(name.to_string()) && self.kept.len() < KEPT {
             self.kept.push((time, fault));
@@ -40,7 +40,7 @@ impl Simulation {
         std::mem::take(&mut self.notices.kept)
     }
 
-    /// What a part has to say of its guard `which`, before that fires.
+    /// What a part has to say of the guard that is due, before that fires.
     ///
     /// # Errors
     /// It stops the run.
@@ -49,7 +49,7 @@ impl Simulation {
         plan: &Plan,
         name: &str,
         block: u32,
-        which: usize,
+        which: Fired<'_>,
     ) -> Result<(), Stopped> {
         let now = self.next(Evaluation::Tick);
         let (x, d, sig) = (&self.state.x, &self.state.d, &self.state.sig);

@@ -12,6 +12,7 @@ use super::evaluate;
 use super::integrate::Purpose;
 use super::{Simulation, State};
 use crate::block::{Evaluation, Now};
+use crate::condition::Times;
 use crate::plan::{Place, Plan};
 use std::any::Any;
 
@@ -19,7 +20,7 @@ use std::any::Any;
 pub trait Observer: Any + Send {
     /// Takes the values at an instant, after its work: once for a row, and again when a run continues after a change. A variable
     /// that does not exist in the phase is NaN.
-    fn instant(&mut self, t: f64, values: &[f64]);
+    fn instant(&mut self, t: Times, values: &[f64]);
     /// Takes the values over a stretch of time without a jump.
     fn stretch(&mut self, over: &mut Stretch<'_>);
 }
@@ -83,9 +84,13 @@ pub(super) fn keeps_start(plan: &Plan) -> bool {
 
 impl Lane {
     #[inline]
-    fn value(self, x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
+    fn value(self, entered: &[f64], x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
         match self {
             Lane::Absent | Lane::Held(Place::Channel(_)) => f64::NAN,
+            Lane::Held(Place::Phase(k)) => match entered.get(k as usize) {
+                Some(t) if t.is_finite() => *t,
+                _ => f64::NAN,
+            },
             Lane::Held(Place::X(k)) | Lane::State(k) => x[k as usize],
             Lane::Held(Place::D(k)) => d[k as usize],
             Lane::Held(Place::Signal(k)) | Lane::Signal(k) => sig[k as usize],
@@ -110,9 +115,9 @@ impl Columns {
         Columns { lanes, ops }
     }
 
-    fn read(&self, x: &[f64], d: &[f64], sig: &[f64], values: &mut [f64]) {
+    fn read(&self, entered: &[f64], x: &[f64], d: &[f64], sig: &[f64], values: &mut [f64]) {
         for (value, lane) in values.iter_mut().zip(&self.lanes) {
-            *value = lane.value(x, d, sig);
+            *value = lane.value(entered, x, d, sig);
         }
     }
 }
@@ -121,6 +126,11 @@ impl Stretch<'_> {
     /// Returns the instant at which it begins (s).
     pub fn begin(&self) -> f64 {
         self.sim.time()
+    }
+
+    /// Returns the time of an instant in it, and the time since the phase began.
+    pub fn times(&self, t: f64) -> Times {
+        Times { time: t, phase: t - self.sim.state.began }
     }
 
     /// Returns its length (s).
@@ -163,8 +173,8 @@ impl Stretch<'_> {
         let inside = std::mem::take(&mut self.sim.work.inside);
         let done = self.evaluate(t, &inside);
         if done {
-            let State { d, sig, .. } = &self.sim.state;
-            self.columns.read(&inside, d, sig, self.inner);
+            let State { d, sig, entered, .. } = &self.sim.state;
+            self.columns.read(entered, &inside, d, sig, self.inner);
         }
         self.sim.work.inside = inside;
         done.then_some(&self.inner[..])
@@ -182,7 +192,7 @@ impl Stretch<'_> {
         sim.work.number += 1;
         let (tick, number) = (sim.state.tick, sim.work.number);
         let dt = self.plan.step.seconds();
-        let now = Now { t, dt, tick, evaluation: Evaluation::Stage, number };
+        let now = Now { t, dt, tick, evaluation: Evaluation::Stage, span: None, number };
         let State { d, sig, pins, .. } = &mut sim.state;
         let lanes = (x, &d[..], &mut sig[..]);
         let ops = &self.columns.ops;
@@ -229,10 +239,11 @@ impl Simulation {
 
     /// Passes the present instant to the observer.
     pub fn observe_now(&mut self) {
-        let t = self.time();
+        let time = self.time();
+        let t = Times { time, phase: time - self.state.began };
         if let Some(observed) = &mut self.observed {
-            let State { x, d, sig, phase, .. } = &self.state;
-            observed.phases[*phase as usize].read(x, d, sig, &mut observed.start);
+            let State { x, d, sig, phase, entered, .. } = &self.state;
+            observed.phases[*phase as usize].read(entered, x, d, sig, &mut observed.start);
             observed.observer.instant(t, &observed.start);
         }
     }
@@ -241,8 +252,8 @@ impl Simulation {
     #[inline]
     pub(super) fn observe_start(&mut self) {
         if let Some(observed) = &mut self.observed {
-            let State { x, d, sig, phase, .. } = &self.state;
-            observed.phases[*phase as usize].read(x, d, sig, &mut observed.start);
+            let State { x, d, sig, phase, entered, .. } = &self.state;
+            observed.phases[*phase as usize].read(entered, x, d, sig, &mut observed.start);
         }
     }
 
@@ -299,8 +310,8 @@ impl Stretch<'_> {
         let x = std::mem::take(&mut self.sim.state.x);
         let done = self.evaluate(t, &x);
         if done {
-            let State { d, sig, .. } = &self.sim.state;
-            self.columns.read(&x, d, sig, self.inner);
+            let State { d, sig, entered, .. } = &self.sim.state;
+            self.columns.read(entered, &x, d, sig, self.inner);
         }
         self.sim.state.x = x;
         done

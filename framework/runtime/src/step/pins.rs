@@ -180,7 +180,7 @@ fn target(lanes: &Lanes<'_>, (path, v): (&str, &Variable)) -> Result<Target, Var
             };
         }
         Place::D(k) => return Ok(Target::D(k)),
-        Place::Channel(_) => {
+        Place::Channel(_) | Place::Phase(_) => {
             return no(format!("`{path}` is in no lane here"), "tell the authors");
         }
         Place::Signal(k) => k as usize,

@@ -3,7 +3,7 @@
 use super::{Simulation, blocks_of};
 use crate::block::{Block, Now, Outcome};
 use crate::field::Shown;
-use crate::model::BuildError;
+use crate::model::{BuildError, Fired};
 use crate::overlay::SharedOverlay;
 use crate::plan::Plan;
 use crate::slopes::{Operation, Slopes};
@@ -27,9 +27,9 @@ pub struct Spent {
 }
 
 /// The operations of a block that take time in a step.
-const OPERATIONS: [&str; 10] = [
+const OPERATIONS: [&str; 11] = [
     "moore", "direct", "deriv", "update", "guards", "fired", "project", "retract", "advance",
-    "slopes",
+    "slopes", "mode",
 ];
 
 /// Calls and nanoseconds of each operation.
@@ -160,12 +160,15 @@ impl Block for Timed {
     fn fired(
         &mut self,
         now: &Now,
-        which: usize,
+        which: Fired<'_>,
         x: &mut [f64],
         d: &mut [f64],
         sig: &[f64],
     ) -> Outcome {
         self.clock(5, |b| b.fired(now, which, x, d, sig))
+    }
+    fn mode(&mut self, now: &Now, x: &[f64], d: &mut [f64], sig: &[f64]) -> Outcome {
+        self.clock(10, |b| b.mode(now, x, d, sig))
     }
     fn project(&mut self, x: &mut [f64]) -> Outcome {
         self.clock(6, |b| b.project(x))
@@ -191,7 +194,7 @@ impl Block for Timed {
     fn tells(
         &mut self,
         now: &Now,
-        which: usize,
+        which: Fired<'_>,
         x: &[f64],
         d: &[f64],
         sig: &[f64],

@@ -115,19 +115,20 @@ fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
         dt: plan.step.seconds(),
         tick: state.tick,
         evaluation: Evaluation::Tick,
+        span: None,
         number: 1,
     };
-    for op in &plan.ops {
-        let State { x, d, sig, .. } = &mut state;
-        if evaluate::run(&mut blocks, plan, *op, &now, x, d, sig).is_err() {
-            return End::Fails;
-        }
+    let all: Vec<u32> = (0..plan.ops.len() as u32).collect();
+    let State { x, d, sig, .. } = &mut state;
+    if evaluate::run_all_now(&mut blocks, plan, &all, &now, (x, d, sig), None).is_err() {
+        return End::Fails;
     }
     let Work { integrator, xdot, .. } = &mut work;
     let (blocks, number) = (&mut blocks[..], &mut 1);
     let (d, sig) = (&state.d, &mut state.sig);
     let (linear, stage) = (None, None);
-    let run = Running { plan, blocks, d, sig, now, pins: None, number, linear, stage };
+    let (began, pins) = (0.0, None);
+    let run = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
     let mut system = Held { run, held };
     let x = &mut state.x;
     held.iter().for_each(|&k| x[k] = 0.0);

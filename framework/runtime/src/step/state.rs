@@ -10,10 +10,19 @@ pub struct GuardState {
     pub value: f64,
     /// Its change over the last step.
     pub change: f64,
-    /// The side of zero on which it was seen last: −1 or 1; 0 after it has fired, until it leaves zero.
+    /// How far it may stand on the old side of zero at the instant of its event: what it moves in the window of one instant.
+    pub slack: f64,
+    /// The side on which it was seen last: −1 below, 1 above; 0 after it has fired, until a step has shown on which side it is.
     pub side: i8,
-    /// It has changed its sign, and what it fires is still to be done.
-    pub due: bool,
+    /// Whether what it fires is still to be done: 1 when it rose to zero or beyond, −1 when it fell; 0 when it is not due.
+    pub due: i8,
+}
+
+impl GuardState {
+    /// Whether what it fires is still to be done.
+    pub fn is_due(&self) -> bool {
+        self.due != 0
+    }
 }
 
 /// All that changes in a run, but for the models' stores.
@@ -29,6 +38,12 @@ pub struct State {
     pub micro: u32,
     /// Which configuration of the program.
     pub phase: u32,
+    /// When the present phase began (s).
+    pub began: f64,
+    /// For each phase of the program: when it began last (s); infinite before it has begun.
+    pub entered: Vec<f64>,
+    /// For each condition that the run watches ([`crate::PhaseSpec::watches`]): when it held first (s); infinite before.
+    pub held: Vec<f64>,
     /// What the integrator remembers from step to step.
     pub memory: Memory,
     /// Continuous lanes.
@@ -46,9 +61,12 @@ pub struct State {
 impl State {
     /// Copies without allocating when the lengths are equal.
     pub fn copy_from(&mut self, other: &State) {
-        let State { tick, row, since, micro, phase, memory, x, d, sig, guards, pins } = other;
+        let State { tick, row, since, micro, phase, began, memory, .. } = other;
+        let State { entered, held, x, d, sig, guards, pins, .. } = other;
         (self.tick, self.row, self.since, self.micro) = (*tick, *row, *since, *micro);
-        (self.phase, self.memory) = (*phase, *memory);
+        (self.phase, self.began, self.memory) = (*phase, *began, *memory);
+        self.entered.clone_from(entered);
+        self.held.clone_from(held);
         self.x.clone_from(x);
         self.d.clone_from(d);
         self.sig.clone_from(sig);
