@@ -141,7 +141,7 @@ impl Condition {
         self.value_of(t, value) >= 0.0
     }
 
-    /// The same as a number that is not negative where it holds.
+    /// Returns a number that is not negative where the condition holds.
     #[inline]
     fn value_of(&self, t: Times, value: impl Fn(Place) -> f64) -> f64 {
         let mut stack = [0.0_f64; DEPTH];

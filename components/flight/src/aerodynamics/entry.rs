@@ -9,7 +9,7 @@
 //! event, at which `outside` says whether the run stops. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
 
 use super::air_data::{AirData, Outside, gusty};
-use super::axisymmetric::{Edge, Heat, LEAVES, Left, Passed, leaves, remark};
+use super::axisymmetric::{Edge, Heat, Left, Passed, leaves, remark};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 
@@ -182,8 +182,9 @@ impl Model for EntryAerodynamics {
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Edge {
         Edge::at(self.inside(self.mach(c.t, u)))
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Heat, d: &Left) -> (Heat, Left) {
-        (*x, Left { outside: d.outside || which.rose(LEAVES) })
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
+        // It leaves the range or comes in: it has been outside.
+        (*x, Left { outside: true })
     }
     fn tells(
         &self,
