@@ -200,7 +200,7 @@ impl Model for Saturation {
         if edge && near { *d } else { Piece::new(level) }
     }
     fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Input) -> Ends {
-        // A limit that is infinite is no edge.
+        // An infinite limit has no edge.
         let or = |x: f64| if x.is_finite() { x } else { -1.0 };
         Ends { upper: or(u.u - self.p.upper), lower: or(self.p.lower - u.u) }
     }

@@ -227,10 +227,12 @@ mod tests {
             let u =
                 EngineIn { nozzle, throttle: 1.0, supply: true, pressure: 0.0, gimbal_x, gimbal_y };
             {
-            let (m, c) = (engine(), Clock::at(0.0, 0.01, 0));
-            let d = m.mode(&c, &(), &Burning { burns: false }, &u, &());
-            m.direct(&c, &(), &d, &u, &())
-        }.load.force
+                let (m, c) = (engine(), Clock::at(0.0, 0.01, 0));
+                let d = m.mode(&c, &(), &Burning { burns: false }, &u, &());
+                m.direct(&c, &(), &d, &u, &())
+            }
+            .load
+            .force
         };
         let turn = |x: f64, y: f64| {
             let q = Quat::from_scaled_axis(Vec3::x() * x) * Quat::from_scaled_axis(Vec3::y() * y);

@@ -104,7 +104,7 @@ pub struct Crossed {
     /// Depth of the bit's point, where it enters.
     #[port("m", rising)]
     pub enters: f64,
-    /// The same, where it leaves.
+    /// Depth of the bit's point, where it leaves.
     #[port("m", falling)]
     pub leaves: f64,
 }

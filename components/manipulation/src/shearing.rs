@@ -94,10 +94,10 @@ pub struct Caught {
 /// Edge b and the wire.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Opened {
-    /// Their distance, where the wire is when nothing moves it: the edge comes to it.
+    /// Their distance, where the wire is when nothing moves it, as the edge comes to it.
     #[port("m", falling)]
     pub closes: f64,
-    /// The same: the edge leaves it.
+    /// Their distance, where the edge leaves the wire.
     #[port("m", rising)]
     pub opens: f64,
 }

@@ -153,7 +153,7 @@ impl Model for Load {
             above_restart: u.volts - self.p.volts_min - self.p.margin,
         }
     }
-    /// Browned out at the least voltage and below it, running again at that of the restart and above it.
+    /// The load is browned out at `volts_min` and below it, and runs again at the restart voltage and above it.
     fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &BrownOut) -> ((), BrownOut) {
         let out = which.fell(0) || (d.out && !which.rose(1));
         let count = d.count + f64::from(u8::from(out && !d.out));

@@ -73,7 +73,7 @@ pub const SAMPLES_MAX: usize = 15;
 
 /// Where the side of a guard is read after it has fired, as parts of the step: a ball that bounces leaves the ground, and is back
 /// before the middle of a long step.
-pub const EARLY: [f64; 3] = [1.0 / 4096.0, 1.0 / 256.0, 1.0 / 16.0];
+pub const EARLY: [f64; 4] = [1.0 / 1_048_576.0, 1.0 / 16_384.0, 1.0 / 256.0, 1.0 / 16.0];
 
 impl Search {
     /// Three samples, 1 ns.
@@ -129,7 +129,7 @@ struct Point {
 /// nothing but its values. `side` is what the last search left, or [`Side::Unknown`]. A guard that
 /// is on the other side of zero at θ = 0 than `side` has jumped, and crosses there.
 ///
-/// Cost where nothing is near zero: `samples` calls of `guard`, and the three of [`EARLY`] when the side is unknown.
+/// Cost where nothing is near zero: `samples` calls of `guard`, and the four of [`EARLY`] when the side is unknown.
 ///
 /// # Errors
 /// [`SearchError::Guard`], [`SearchError::NotANumber`].

@@ -178,7 +178,8 @@ impl Integrator {
         }
     }
 
-    /// The same for a system whose derivatives depend on the length of the step: those at the start are evaluated again.
+    /// Like [`Integrator::again`], for a system whose derivatives depend on the length of the step: the derivatives at the start are
+    /// evaluated again.
     ///
     /// # Errors
     /// As [`Integrator::again`].

@@ -36,7 +36,7 @@ pub struct Goal {
     pub until: Option<Seconds>,
     /// After so many steps.
     pub steps: Option<u64>,
-    /// After so many rows and events: each event of a part or phase counts.
+    /// After this number of rows and events. Each event of a part or phase counts.
     pub events: Option<u64>,
     /// At the instant from which this condition holds, by its place among those that the run watches.
     pub stop_when: Option<u32>,

@@ -141,7 +141,7 @@ pub trait Block: Send {
     fn remarks(&mut self, _now: &Now, _x: &[f64], _d: &[f64], _sig: &[f64]) -> Vec<BuildError> {
         Vec::new()
     }
-    /// What it has to say when a guard is due, before it fires; it may stop the run. One guard of `which` is due.
+    /// Returns a warning about a guard that is due, before it fires; it may stop the run. One guard of `which` is due.
     fn tells(
         &mut self,
         _now: &Now,
@@ -376,8 +376,17 @@ impl Wiring {
     pub fn clock(&self, now: &Now) -> Clock {
         let since = now.tick.saturating_sub(self.offset);
         match since.checked_div(self.period) {
-            None => Clock { t: now.t, dt: now.dt, n: 0, key: self.key, sampled: self.held, span: now.span },
-            Some(n) => Clock { t: now.t, dt: self.period_s, n, key: self.key, sampled: true, span: None },
+            None => Clock {
+                t: now.t,
+                dt: now.dt,
+                n: 0,
+                key: self.key,
+                sampled: self.held,
+                span: now.span,
+            },
+            Some(n) => {
+                Clock { t: now.t, dt: self.period_s, n, key: self.key, sampled: true, span: None }
+            }
         }
     }
 }

@@ -70,9 +70,9 @@ pub struct Instant {
     pub phase: u32,
     /// When the phase began (s).
     pub began: f64,
-    /// For each phase, when it began last (s), and for each watched condition, when it held first (s): infinite before.
+    /// Lists when each phase began last (s); infinite before it has begun.
     pub entered: Vec<f64>,
-    /// As above.
+    /// Lists when each watched condition held first (s); infinite before.
     pub held: Vec<f64>,
     /// The step that the integrator proposes (s), and the error of its last.
     pub memory: (f64, f64),

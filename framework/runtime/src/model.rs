@@ -223,7 +223,7 @@ pub trait Model: Sized + Send + Sync + 'static {
         Self::D::get(&lanes)
     }
     /// State after guards reached zero; `which` says which of them, by their places among the lanes of `G`, and which way they
-    /// went. Called once for all that are due at one instant. Outputs and inputs are those of the instant before.
+    /// went. Called once for all that are due at one instant. Outputs and inputs are those just before the event.
     fn fired(
         &self,
         c: &Clock,
@@ -253,8 +253,8 @@ pub trait Model: Sized + Send + Sync + 'static {
     ) -> Vec<BuildError> {
         Vec::new()
     }
-    /// What it has to say when a guard is due, before [`Model::fired`]: allowed and probably not meant. Asked for each guard by
-    /// itself, so that one guard of `which` is due. It is told once in a run for each guard, and the run goes on; or it [stops](BuildError::stops) the run at that instant. What `direct` and `deriv`
+    /// Returns a warning when a guard is due, before [`Model::fired`]: allowed and probably not meant. Called for each guard
+    /// separately, so that one guard of `which` is due. The warning is given once in a run for each guard, and the run goes on; or it [stops](BuildError::stops) the run at that instant. What `direct` and `deriv`
     /// give beyond the guard are still numbers: steps are tried there before the guard is located.
     fn tells(
         &self,
@@ -279,7 +279,7 @@ pub trait Model: Sized + Send + Sync + 'static {
 pub struct Fired<'a>(&'a [i8]);
 
 impl<'a> Fired<'a> {
-    /// For each guard 1 where it rose to zero or beyond, −1 where it fell to zero or beyond, 0 where it is not due.
+    /// Takes one number for each guard: 1 where it rose to zero or beyond, −1 where it fell to zero or beyond, 0 where it is not due.
     pub fn new(ways: &'a [i8]) -> Fired<'a> {
         Fired(ways)
     }

@@ -81,7 +81,7 @@ pub struct Plan {
     pub(crate) flow: Flow,
     /// Whether a guard may reach zero between rows: else they are looked at at rows and events only.
     pub located: bool,
-    /// For each part whether it has modes ([`crate::Model::MODES`]); empty when none has.
+    /// Says for each part whether it has modes ([`crate::Model::MODES`]); empty when none has.
     pub moded: Vec<bool>,
     /// Whether a part gives averages over a step of a fixed method ([`crate::Model::AVERAGES`]).
     pub averages: bool,
@@ -191,7 +191,7 @@ pub struct Integration {
 pub struct GuardPlan {
     /// `<part>.<guard>`, or the condition as written.
     pub name: String,
-    /// From which side it reaches its threshold at zero.
+    /// The side from which it reaches its threshold at zero.
     pub direction: Direction,
     /// What happens then.
     pub fires: Fires,

@@ -25,7 +25,7 @@ pub struct PhaseSpec {
     pub spec: Spec,
     /// Where to go from here, and when; of several that hold at one instant the first is taken.
     pub transitions: Vec<TransitionSpec>,
-    /// What the run watches in every phase; the same in all of them.
+    /// Conditions that the run watches in every phase. All phases of a program have the same list.
     pub watches: Vec<WatchSpec>,
     /// Where it is written.
     pub origin: Origin,
@@ -35,7 +35,7 @@ pub struct PhaseSpec {
 /// In a phase that does not have all of its variables, tests of those that are absent do not hold.
 #[derive(Clone, Debug)]
 pub struct WatchSpec {
-    /// What it is for, as errors begin: `stop_when`.
+    /// Its use, with which errors begin: `stop_when`.
     pub of: String,
     /// Condition over the variables of all phases.
     pub when: String,

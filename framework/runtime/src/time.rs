@@ -157,8 +157,8 @@ pub struct Clock {
     /// Whether its outputs change at rows and events only, since it has a rate or inputs that do: no event then corrects
     /// [`Model::mode`](crate::Model::mode).
     pub sampled: bool,
-    /// Begin and end (s) of the step of a fixed method that an evaluation belongs to: what a model with
-    /// [averages](crate::Model::AVERAGES) gives then acts over all of it.
+    /// Begin and end (s) of the step of a fixed method that an evaluation belongs to. A model with
+    /// [averages](crate::Model::AVERAGES) returns its average over that time.
     pub span: Option<[f64; 2]>,
 }
 

@@ -127,7 +127,7 @@ impl Rig {
         for k in 0..self.values.len() {
             let value = self.values[k];
             if value * self.guards[k] < 0.0 {
-                let mut ways = vec![0; self.values.len()];
+                let mut ways = [0; 64];
                 ways[k] = if value > 0.0 { 1 } else { -1 };
                 let which = Fired::new(&ways);
                 self.block.fired(now, which, &mut self.x, &mut self.d, &self.sig).unwrap();

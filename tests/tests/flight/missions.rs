@@ -250,7 +250,8 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     let mut fast = 0.0;
     for k in 0..600 {
         if k == 300 {
-            sim.run_until(seconds(300.0)).unwrap();
+            // The target turns at 300 s.
+            sim.run_until(seconds(299.9)).unwrap();
             fast = sim.get("Software.Pointing.error").unwrap().to_degrees() * 3600.0;
         }
         sim.run_until(seconds(f64::from(k) + 0.5)).unwrap();
@@ -262,8 +263,8 @@ fn four_wheels_turn_a_craft_and_keep_its_momentum() {
     let change = momentum_with_wheels(&sim) - start;
     println!("{change} {sum}");
     assert!(change.norm() > 1.0 && (change - sum).norm() < 1e-4 * change.norm(), "{change} {sum}");
-    println!("{fast} arcsec at 300 s");
-    assert!((fast - 122.1).abs() < 0.5, "{fast}");
+    println!("{fast} arcsec at 299.9 s");
+    assert!((fast - 122.3).abs() < 0.5, "{fast}");
     // The coils are at their limit, and are no more; then the wheels are empty.
     let mut limited = 0.0;
     for k in 601..=4000 {

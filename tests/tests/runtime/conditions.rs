@@ -175,10 +175,7 @@ fn a_burn_between_two_rows_is_not_lost() {
 /// second of simulation took minutes.
 #[test]
 fn jumps_in_a_feedback_have_two_thresholds() {
-    for (body, friction, method) in [
-        ("Locked", 0.0, "rk4"),
-        ("Free", 1e-4, "dormand_prince_54"),
-    ] {
+    for (body, friction, method) in [("Locked", 0.0, "rk4"), ("Free", 1e-4, "dormand_prince_54")] {
         let y = figures(&format!(
             r#"Simulation(
                 bodies: {{ "b": (parent: "world", hinge: {body}, mass: 100, inertia: [10, 10, 10]) }},
@@ -219,7 +216,7 @@ fn a_canopy_that_is_commanded_when_it_appears_opens() {
             bodies: { "c": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10], initial: (position: [0, 0, 1000], velocity: [0, 0, -50])) },
             parts: {
                 "G": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] }),
-                "Air": (model: "environment.exponential_atmosphere", params: { "density": 1.2, "scale_height": 8000, "temperature": 288 }),
+                "Air": (model: "environment.exponential_atmosphere", params: { "planet_radius": 0, "density": 1.2, "scale_height": 8000, "temperature": 288 }),
                 "One": (model: "basics.constant", params: { "value": 1 }),
             },
             step: "10 ms", until: "10 s", start: "falls",

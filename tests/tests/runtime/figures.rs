@@ -245,7 +245,7 @@ struct Nosy {
 }
 
 impl Observer for Nosy {
-    fn instant(&mut self, _: f64, values: &[f64]) {
+    fn instant(&mut self, _: linkwork_runtime::Times, values: &[f64]) {
         self.seen += values.iter().filter(|y| y.is_finite()).sum::<f64>();
     }
     fn stretch(&mut self, over: &mut Stretch<'_>) {

@@ -127,7 +127,7 @@ const RIGS: &[Rig] = &[
     Rig {
         models: &["flight.pyro"],
         between: Constant,
-        parts: r#""Pyro": (model: "flight.pyro", params: { "impulse": 100, "after": 0.5 }, bind: { "a": "node:world", "b": "node:body" }),"#,
+        parts: r#""Pyro": (model: "flight.pyro", params: { "impulse": 100, "after": 0.5 }, bind: { "a": "node:other", "b": "node:body" }),"#,
         wires: "",
         reads: ("body.velocity.x", 10.0),
     },
@@ -153,8 +153,10 @@ const RIGS: &[Rig] = &[
         parts: r#"PULSE
             "Volts": (model: "basics.gain", params: { "k": 18, "offset": 10 }),
             "One": (model: "basics.constant", params: { "value": 1 }),
+            "Zero": (model: "basics.constant", params: { "value": 0 }),
+            "True": (model: "basics.comparator"),
             "Load": (model: "power.load", params: { "power_on": 56, "volts_min": 20 }),"#,
-        wires: r#"PULSE "Pulse.y -> Volts.u", "Volts.y -> Load.volts", "One.y -> Load.on", "Load.power -> I.u""#,
+        wires: r#"PULSE "Pulse.y -> Volts.u", "Volts.y -> Load.volts", "One.y -> True.a", "Zero.y -> True.b", "True.y -> Load.on", "Load.power -> I.u""#,
         reads: ("I.y", 36.4),
     },
 ];
@@ -193,9 +195,23 @@ const OTHERS: &[(&str, &str)] = &[
 fn text(rig: &Rig, integrator: &str, row: f64, until: f64) -> String {
     let parts = rig.parts.replace("TRIANGLE", TRIANGLE).replace("PULSE", PULSE);
     let wires = rig.wires.replace("PULSE", PULSE_WIRES);
+    let parts = match wires.contains("-> I.u") {
+        true => parts,
+        false => {
+            format!(r#"{parts} "Nothing": (model: "basics.constant", params: {{ "value": 0 }}),"#)
+        }
+    };
+    let wires = match wires.contains("-> I.u") {
+        true => wires,
+        false if wires.is_empty() => r#""Nothing.y -> I.u""#.to_string(),
+        false => format!(r#"{wires}, "Nothing.y -> I.u""#),
+    };
     format!(
         r#"Simulation(
-            bodies: {{ "body": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1]) }},
+            bodies: {{
+                "body": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1]),
+                "other": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1]),
+            }},
             parts: {{ {parts} "I": (model: "basics.integrator") }},
             wires: [{wires}], gravity: "none",
             step: {row}, integrator: "{integrator}", until: {until},

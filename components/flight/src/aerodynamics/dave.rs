@@ -14,7 +14,7 @@
 //! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps, or the run stops.
 
 use super::air_data::{AirData, Outside};
-use super::axisymmetric::{Edge, LEAVES, Left, leaves, remark};
+use super::axisymmetric::{Edge, Left, leaves, remark};
 use crate::mesh::{named_text, show_text};
 use linkwork_formats::daveml::{DaveModel, Role, read_dave, unit_text};
 use linkwork_runtime::prelude::*;
@@ -527,8 +527,9 @@ impl Model for DaveAerodynamics {
     fn guards(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Edge {
         Edge::at(self.inside(c.t, u))
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Left) -> ((), Left) {
-        ((), Left { outside: d.outside || which.rose(LEAVES) })
+    fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Left) {
+        // It leaves the range or comes in: it has been outside.
+        ((), Left { outside: true })
     }
     fn tells(
         &self,

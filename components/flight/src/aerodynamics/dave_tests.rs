@@ -1,4 +1,5 @@
 //! Models of DAVE-ML files: units, inputs of the flow, ends of tables, refusals.
+use super::super::axisymmetric::LEAVES;
 use super::*;
 
 const FILE: &str = r#"<DAVEfunc xmlns="http://daveml.org/2010/DAVEML"><fileHeader name="wing"/>

@@ -198,8 +198,9 @@ impl Model for EntryAerodynamics {
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Edge {
         Edge::at(self.inside(self.mach(c.t, u)))
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Heat, d: &Left) -> (Heat, Left) {
-        (*x, Left { outside: d.outside || which.rose(LEAVES) })
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
+        // It leaves the range or comes in: it has been outside.
+        (*x, Left { outside: true })
     }
     fn tells(
         &self,

@@ -151,8 +151,9 @@ impl Model for SphereConeShell {
     fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
         Edge::at(self.air(c.t, u).1)
     }
-    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Heat, d: &Left) -> (Heat, Left) {
-        (*x, Left { outside: d.outside || which.rose(LEAVES) })
+    fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
+        // It leaves the range or comes in: it has been outside.
+        (*x, Left { outside: true })
     }
     fn tells(
         &self,

@@ -313,7 +313,13 @@ mod tests {
         let (t, h) = (7.0, 1e-5);
         let y = |t: f64, momentum: f64| {
             let u = WheelIn { wheel: turning_node(&omega, t), torque: 0.1 };
-            m.direct(&Clock::at(t, 0.01, 0), &Spin { momentum, angle: 0.0 }, &AtLimit { limit: 0.0 }, &u, &())
+            m.direct(
+                &Clock::at(t, 0.01, 0),
+                &Spin { momentum, angle: 0.0 },
+                &AtLimit { limit: 0.0 },
+                &u,
+                &(),
+            )
         };
         let axis = |t: f64| site.to_inertial(t) * (turning_node(&omega, t).rotation * Vec3::z());
         let now = y(t, 30.0);

@@ -151,7 +151,9 @@ mod tests {
                     gimbal_x: y.gimbal_x,
                     gimbal_y: y.gimbal_y,
                 };
-                let load = engine.direct(&Clock::at(0.0, h, 0), &(), &Burning { burns: true }, &u, &()).load;
+                let load = engine
+                    .direct(&Clock::at(0.0, h, 0), &(), &Burning { burns: true }, &u, &())
+                    .load;
                 (q * Vec3::z() * -ARM).cross(&load.force)
             };
             let half = w + torque(&q, &w) * (0.5 * h / INERTIA);

@@ -158,7 +158,14 @@ fn fly_over(
             radar[n + k] = e.speed + p.speed_sigma * noisy * normal(run, row, 80 + k as u32);
             radar[2 * n + k] = f64::from(u8::from(echoes));
         }
-        let c = Clock { t: flown.t, dt: h, n: row, key: noise::key(run, "filter"), sampled: false, span: None };
+        let c = Clock {
+            t: flown.t,
+            dt: h,
+            n: row,
+            key: noise::key(run, "filter"),
+            sampled: false,
+            span: None,
+        };
         d = m.step(&c, &d, &u, &radar);
     }
     let turn = (Flown::attitude(flown.t) * d.attitude.inverse()).scaled_axis();

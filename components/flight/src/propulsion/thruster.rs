@@ -218,7 +218,7 @@ impl Model for Thruster {
         let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
         let (share, impulse) = self.now(c.t, d);
         let mut d = Valve { since: c.t, share, impulse, fed: u.supply, ..*d };
-        // What the valve was to do by now, then the command.
+        // The valve moves first, because a command of the same instant acts on the valve as it is then.
         if which.rose(OPENS) {
             (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0);
         }

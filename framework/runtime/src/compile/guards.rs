@@ -34,7 +34,7 @@ pub(super) struct Watch {
     pub ops: Vec<u32>,
     /// One of them may reach zero between rows.
     pub located: bool,
-    /// For each part whether its modes are watched.
+    /// Says for each part whether it has modes.
     pub moded: Vec<bool>,
 }
 

@@ -72,7 +72,7 @@ pub(super) fn run_all(
     Ok(())
 }
 
-/// The same at a row or an event: before the outputs of a part with modes its piece follows from the levels.
+/// Runs operations at a row or an event: before the outputs of a part with modes, its piece is taken from the levels.
 #[inline]
 pub(super) fn run_all_now(
     blocks: &mut [Box<dyn Block>],

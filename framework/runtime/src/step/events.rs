@@ -66,6 +66,15 @@ impl GuardState {
         self.go_back(value, guard);
     }
 
+    /// After an event of its part: a guard of a new piece that begins on its zero, but for round-off, is not due. The next step
+    /// shows on which side it is.
+    fn settle(&mut self, guard: &GuardPlan) {
+        let edge = guard.direction == Direction::Either && self.slack > 0.0;
+        if edge && self.value.abs() <= self.slack {
+            (self.due, self.side) = (0, 0);
+        }
+    }
+
     /// Due no more where the value stands where it came from again: the state was changed from outside, or the part, or an
     /// event of the same instant.
     pub(super) fn go_back(&mut self, value: f64, guard: &GuardPlan) {
@@ -80,10 +89,12 @@ impl GuardState {
         }
     }
 
-    /// After a step of h s in which its value came to this.
-    fn moved(&mut self, end: f64, h: f64) {
+    /// After a step of h s in which its value came to this. Where blocks advance by themselves, an event is located on their
+    /// interpolated motion, and the step that ends there comes somewhere else.
+    fn moved(&mut self, end: f64, h: f64, plan: &Plan) {
         self.change = end - self.value;
-        let part = (2.0 * WINDOW / h).clamp(1e-6, 1.0);
+        let least = if plan.steps.is_empty() { 1e-12 } else { 1e-3 };
+        let part = (2.0 * WINDOW / h).clamp(least, 1.0);
         self.slack = if self.change.is_finite() { part * self.change.abs() } else { 0.0 };
     }
 }
@@ -212,8 +223,11 @@ impl Simulation {
         let fired = || all.clone().zip(ways.iter()).filter(|(_, way)| **way != 0);
         fired().for_each(|(k, _)| self.state.guards[k].side = 0);
         let done = done.and_then(|()| self.look(plan));
-        for (k, &way) in fired() {
-            self.leave_zero(plan, k, way);
+        for (k, &way) in all.clone().zip(ways.iter()) {
+            match way {
+                0 => self.state.guards[k].settle(&plan.guards[k]),
+                _ => self.leave_zero(plan, k, way),
+            }
         }
         // How fast guards move after an event is not known.
         self.state.guards.iter_mut().for_each(|g| g.change = f64::INFINITY);
@@ -270,7 +284,7 @@ impl Simulation {
         if let Ok(None) = found {
             for (k, guard) in plan.guards.iter().enumerate() {
                 let state = &mut self.state.guards[k];
-                state.moved(end[k], h);
+                state.moved(end[k], h, plan);
                 state.see(end[k], guard);
             }
         }
@@ -339,7 +353,7 @@ impl Simulation {
         let Some((found, k)) = first else { return Ok(None) };
         let theta = found.theta;
         for (state, end) in self.state.guards.iter_mut().zip(end) {
-            state.moved(*end, h);
+            state.moved(*end, h, plan);
         }
         self.state.guards[k].due = if found.direction == Direction::Rising { 1 } else { -1 };
         // Others within the window: on the other side by its end.
@@ -347,9 +361,16 @@ impl Simulation {
         self.look_at(plan, h, later)?;
         for (k, guard) in plan.guards.iter().enumerate() {
             let value = self.work.middle[k];
-            let state = &mut self.state.guards[k];
-            if !state.is_due() {
-                state.see(value, guard);
+            // Only what is due: where the others stand at the event itself is seen there. A guard that has not quite reached zero
+            // at the event waits for its own.
+            let mut later = self.state.guards[k];
+            later.see(value, guard);
+            // A guard that had fired before this step: the step has shown on which side it is.
+            if self.state.guards[k].side == 0 && theta > 0.0 {
+                self.state.guards[k].side = later.side;
+            }
+            if !self.state.guards[k].is_due() && later.is_due() {
+                self.state.guards[k] = GuardState { slack: 0.0, ..later };
             }
         }
         self.by_steps(plan, h, k, found).map(Some)

@@ -40,7 +40,7 @@ impl Simulation {
         std::mem::take(&mut self.notices.kept)
     }
 
-    /// What a part has to say of the guard that is due, before that fires.
+    /// Collects the warning of a part about the guard that is due, before it fires.
     ///
     /// # Errors
     /// It stops the run.

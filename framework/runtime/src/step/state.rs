@@ -10,7 +10,8 @@ pub struct GuardState {
     pub value: f64,
     /// Its change over the last step.
     pub change: f64,
-    /// How far it may stand on the old side of zero at the instant of its event: what it moves in the window of one instant.
+    /// Distance on the old side of zero that still counts as the instant of its event, because guards that cross within 1 ns
+    /// are one instant.
     pub slack: f64,
     /// The side on which it was seen last: −1 below, 1 above; 0 after it has fired, until a step has shown on which side it is.
     pub side: i8,
@@ -40,9 +41,9 @@ pub struct State {
     pub phase: u32,
     /// When the present phase began (s).
     pub began: f64,
-    /// For each phase of the program: when it began last (s); infinite before it has begun.
+    /// Lists when each phase of the program began last (s); infinite before it has begun.
     pub entered: Vec<f64>,
-    /// For each condition that the run watches ([`crate::PhaseSpec::watches`]): when it held first (s); infinite before.
+    /// Lists when each condition that the run watches ([`crate::PhaseSpec::watches`]) held first (s); infinite before.
     pub held: Vec<f64>,
     /// What the integrator remembers from step to step.
     pub memory: Memory,
