@@ -7,6 +7,7 @@
 pub mod voice;
 
 mod attach;
+mod begin;
 mod behaviour;
 mod campaign;
 mod check;

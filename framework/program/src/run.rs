@@ -1,4 +1,5 @@
 //! `linkwork run` and `resume`: a run with its files, progress on the terminal, an orderly end.
+use crate::begin::{keeps_earlier, warn_of_version};
 use crate::edge::Edges;
 use crate::fork::Fork;
 use crate::load::{self, Ready};
@@ -10,7 +11,7 @@ use crate::{exit, profile, scene, taps};
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
-use linkwork_record::{LogSpec, log_begin};
+use linkwork_record::LogSpec;
 use linkwork_runner::{
     BUILT, Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment,
     changed, time_name,
@@ -250,7 +251,11 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     }
     let recording = taps::recording(options, &out, &others)?;
     if !options.no_log {
-        keeps_earlier(&log, &source)?;
+        match &source.begin {
+            Begin::New => {}
+            Begin::Resumed(checkpoint) => keeps_earlier(&log, checkpoint.time)?,
+            Begin::Forked(fork) => keeps_earlier(&log, fork.time())?,
+        }
     }
     let server = options.serve.as_deref().map(|address| listen(address, name)).transpose()?;
     let folder = claim(&out, &sim, &configuration)?;
@@ -364,52 +369,6 @@ fn restore(sim: &mut Simulation, c: &Checkpoint) -> Result<(), u8> {
         tell!("error: {e}");
         exit::INPUT
     })
-}
-
-/// A run that continues from a checkpoint writes no rows of before. It does not replace a log that has some: they would be lost.
-fn keeps_earlier(log: &Path, source: &Source<'_>) -> Result<(), u8> {
-    let time = match &source.begin {
-        Begin::New => return Ok(()),
-        Begin::Resumed(checkpoint) => checkpoint.time,
-        Begin::Forked(fork) => fork.time(),
-    };
-    if log.symlink_metadata().is_err() {
-        return Ok(());
-    }
-    let what = match log_begin(log) {
-        Ok(Some(begin)) if begin < time => format!("has rows from t = {begin} s on"),
-        Ok(_) => return Ok(()),
-        Err(e) => format!("is not a log that can be read ({e})"),
-    };
-    tell!(
-        "error: `{}` {what}, and this run begins at t = {time} s: it would replace them\n  help: choose another folder with \
-         --out, or leave it out; --no-log keeps the log as it is",
-        log.display()
-    );
-    Err(exit::INPUT)
-}
-
-/// What another version of the program may have changed. The structure, parameters and files of the simulation are compared by
-/// `restore`, which rejects other ones; what models compute may differ without a trace in them.
-fn warn_of_version(c: &Checkpoint) {
-    let own = env!("CARGO_PKG_VERSION");
-    if c.version != own {
-        tell!(
-            "warning: the checkpoint was written by Linkwork {}, and this is {own}\n  help: states, parameters, files and \
-             wires are compared, and a difference is an error; the equations of models may have changed, so that the run may \
-             continue differently from one by {}: see the changes marked `break`, or run the simulation anew",
-            c.version,
-            c.version
-        );
-        return;
-    }
-    let (was, now) = (c.extra.get(BUILT), linkwork_runner::built());
-    if let Some(was) = was.filter(|was| ***was != *now.as_bytes()) {
-        tell!(
-            "note: the checkpoint was written by {}, and this is {now}: the run continues with other last bits",
-            String::from_utf8_lossy(was)
-        );
-    }
 }
 
 fn not_past(time: f64, until: Option<Seconds>) -> Result<(), u8> {

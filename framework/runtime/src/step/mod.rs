@@ -6,6 +6,7 @@
 //! at an event:    what a guard fires → the operations that follow → guards again, until none fires
 //! ```
 //! Between calls the state is always "after the work of an instant", so chunking leaves no trace.
+mod bad;
 mod evaluate;
 mod events;
 mod integrate;
@@ -68,14 +69,6 @@ pub struct VariableError {
     pub message: String,
     /// What to do about it.
     pub help: String,
-}
-
-/// Beyond this magnitude a continuous state is a runaway.
-const RUNAWAY: f64 = 1e15;
-
-/// Whether any of these is no number, or not below this magnitude. Without branches, so that many are compared at once.
-fn beyond(values: &[f64], limit: f64) -> bool {
-    values.iter().fold(false, |found, v| found | !(v.abs() < limit))
 }
 
 /// Where a run stands after [`Simulation::step_event`].
@@ -515,45 +508,6 @@ impl Simulation {
         let (now, goal) =
             (u128::from(self.state.tick) * tick, u128::from(t.num) * u128::from(base.den));
         goal.saturating_sub(now) > (goal / 1_000_000_000).min(tick / 1000)
-    }
-
-    fn is_bad(&self) -> bool {
-        let State { x, d, sig, .. } = &self.state;
-        beyond(x, RUNAWAY) || beyond(sig, f64::INFINITY) || beyond(d, f64::INFINITY)
-    }
-
-    /// The first variable that is no number, or a state that ran away, and its value.
-    pub(crate) fn bad_variable(&self) -> Option<(String, f64)> {
-        self.is_bad().then(|| {
-            let path = self.first_bad().path;
-            let value = self.plan.lanes.get(&path).map_or(f64::NAN, |v| self.value(v.place));
-            (path, value)
-        })
-    }
-
-    fn first_bad(&self) -> RunError {
-        let bad = |v: &Variable| {
-            let value = self.value(v.place);
-            let limit = if matches!(v.place, Place::X(_)) { RUNAWAY } else { f64::INFINITY };
-            (!(value.abs() < limit)).then_some(value)
-        };
-        let mut found: Vec<(bool, &String, f64)> = self
-            .plan
-            .lanes
-            .iter()
-            .filter(|(_, v)| v.role != Role::Input)
-            .filter_map(|(path, v)| Some((v.role != Role::State, path, bad(v)?)))
-            .collect();
-        found.sort_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)));
-        let (path, value) = found
-            .first()
-            .map_or(("a signal without a name".to_string(), f64::NAN), |f| (f.1.clone(), f.2));
-        let others = match found.len() {
-            0 | 1 => String::new(),
-            n => format!(" ({} more variables are bad)", n - 1),
-        };
-        let message = format!("`{path}` became {value}{others}");
-        RunError { time: self.time(), path, message, help: None }
     }
 
     /// A service that could not answer.
