@@ -9,20 +9,17 @@
 //! formula gives.
 
 use linkwork_runtime::prelude::*;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 /// Place and sun.
 #[derive(Params, Clone, Debug)]
 pub struct SolarClockParams {
-    /// Latitude of level ground without a world; in a world that of its site.
-    #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
-    pub latitude: Option<f64>,
     /// The sun.
     #[param(service)]
     pub sun: Handle<dyn Sun>,
-    /// The world, which knows the site.
+    /// The world, whose site it is.
     #[param(service)]
-    pub world: Option<Handle<dyn World>>,
+    pub world: Handle<dyn World>,
 }
 
 /// The sun over the site.
@@ -57,35 +54,18 @@ impl Model for SolarClock {
     type Params = SolarClockParams;
     type Ym = SolarClockOut;
     fn build(p: SolarClockParams) -> Result<Self, BuildError> {
-        let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("latitude"));
-        let place = p.world.as_ref().map(|w| (w, w.axes().place()));
-        let level = (Vec3::x(), Vec3::y());
-        let (latitude, (east, north)) = match (place, p.latitude) {
-            (Some((_, None)), _) => {
-                let fact = "W is inertial: there is no horizon and no local time";
-                return Err(
-                    BuildError::new(fact).help("write a `site` in `world`, or remove this part")
-                );
-            }
-            (Some((_, Some(_))), Some(_)) => {
-                return wrong("the site of `world` has a latitude", "remove `latitude`");
-            }
-            (Some((world, Some(site))), None) => {
-                let here = world.geographic(0.0, Vec3::zeros());
-                let Some(here) = here else {
-                    return wrong("the site is at the centre of the body", "write another `site`");
-                };
-                let pole = site.from_planet_axes(&Vec3::z());
-                let across = pole.cross(&Vec3::z());
-                let east = if across.norm() > 1e-9 { across.normalize() } else { Vec3::x() };
-                (here.latitude, (east, Vec3::z().cross(&east)))
-            }
-            (None, Some(latitude)) => (latitude, level),
-            (None, None) => {
-                let help = "write `world: (body: .., site: (latitude: .., longitude: ..))` in the simulation, or `latitude`";
-                return wrong("the latitude of the place is not known", help);
-            }
+        let help = "write a `site` in `world`, or remove this part";
+        let Some(site) = p.world.axes().place() else {
+            let fact = "W is inertial: there is no horizon and no local time";
+            return Err(BuildError::new(fact).help(help));
         };
+        let Some(here) = p.world.geographic(0.0, Vec3::zeros()) else {
+            return Err(BuildError::new("the site is at the centre of the body").help(help));
+        };
+        let latitude = here.latitude;
+        let across = site.from_planet_axes(&Vec3::z()).cross(&Vec3::z());
+        let east = if across.norm() > 1e-9 { across.normalize() } else { Vec3::x() };
+        let north = Vec3::z().cross(&east);
         Ok(SolarClock { sun: p.sun, latitude, east, north })
     }
     fn moore(&self, c: &Clock, _: &(), _: &()) -> SolarClockOut {
@@ -121,9 +101,20 @@ mod tests {
         }
     }
 
+    /// A world with W at a latitude, x turned by `heading` from east towards north.
+    fn at(lat: f64, heading: f64) -> Handle<dyn World> {
+        let (east, up) = (Vec3::y(), Vec3::new(lat.cos(), 0.0, lat.sin()));
+        let north = up.cross(&east);
+        let x = east * heading.cos() + north * heading.sin();
+        let axes = linkwork_spatial::Mat3::from_columns(&[x, up.cross(&x), up]);
+        let pose = linkwork_spatial::Pose::new(linkwork_spatial::quat(&axes), up * 6.4e6);
+        let site = Site { pose, rate: 7e-5, start: Quat::identity() };
+        linkwork_runtime::PlainWorld::of_site(4e14, 6.4e6, site).handle()
+    }
+
     fn clock(sun: impl Sun + 'static, latitude: f64) -> Result<SolarClock, BuildError> {
         let sun = Handle::new("sun", Arc::new(sun) as Arc<dyn Sun>);
-        SolarClock::build(SolarClockParams { latitude: Some(latitude), sun, world: None })
+        SolarClock::build(SolarClockParams { sun, world: at(latitude, 0.0) })
     }
 
     fn read(dec: f64, hours: f64, lat: f64) -> SolarClockOut {
@@ -164,26 +155,14 @@ mod tests {
     fn the_site_of_the_world_counts_and_inertial_axes_are_refused() {
         use linkwork_runtime::PlainWorld;
         let sun = || Handle::new("sun", Arc::new(At(0.2, 0.5, 0.4)) as Arc<dyn Sun>);
-        // x 0.7 from east towards north at a latitude of 0.4.
         let (lat, heading) = (0.4_f64, 0.7_f64);
-        let (east, up) = (Vec3::y(), Vec3::new(lat.cos(), 0.0, lat.sin()));
-        let north = up.cross(&east);
-        let x = east * heading.cos() + north * heading.sin();
-        let axes = linkwork_spatial::Mat3::from_columns(&[x, up.cross(&x), up]);
-        let pose = linkwork_spatial::Pose::new(linkwork_spatial::quat(&axes), up * 6.4e6);
-        let site = Site { pose, rate: 7e-5, start: Quat::identity() };
-        let world = Some(PlainWorld::of_site(4e14, 6.4e6, site).handle());
-        let p = SolarClockParams { latitude: None, sun: sun(), world };
+        let p = SolarClockParams { sun: sun(), world: at(lat, heading) };
         let m = SolarClock::build(p.clone()).map_err(|e| e.message).unwrap();
         assert!((m.latitude - lat).abs() < 1e-12);
         let turn = Quat::from_scaled_axis(Vec3::z() * -heading);
         assert!((turn * Vec3::x() - m.east).norm() < 1e-12, "{}", m.east);
-        let twice = SolarClockParams { latitude: Some(0.1), ..p.clone() };
-        assert!(SolarClock::build(twice).err().unwrap().message.contains("has a latitude"));
-        let world = Some(PlainWorld::inertial(4e14, 6.4e6, 7e-5).handle());
-        let e = SolarClock::build(SolarClockParams { world, ..p.clone() }).err().unwrap();
+        let world = PlainWorld::inertial(4e14, 6.4e6, 7e-5).handle();
+        let e = SolarClock::build(SolarClockParams { world, ..p }).err().unwrap();
         assert!(e.message.contains("inertial") && e.help.is_some());
-        let e = SolarClock::build(SolarClockParams { world: None, ..p }).err().unwrap();
-        assert!(e.param.as_deref() == Some("latitude") && e.help.is_some());
     }
 }

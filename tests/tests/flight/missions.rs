@@ -483,7 +483,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     assert!((riser - 0.83).abs() < 0.01 && (upright - 0.60).abs() < 0.01, "{riser} {upright}");
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
-    assert!((when - entry - 375.21).abs() < 0.05, "{}", when - entry);
+    assert!((when - entry - 375.87).abs() < 0.05, "{}", when - entry);
     assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.1, "{velocity}");
     // Over all rows of 375 s: 1.6, 2.6, 1.9 and 3.9.
     let [height, speed, place, tilt] = wrong;
@@ -514,7 +514,8 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     }
     // In its own coordinates it comes down where it wants to; on Mars, where its navigation is wrong by.
     let landed = get(&sim, "Rover.Hardware.Chassis/chassis.position");
-    assert!(off_place < 0.3 && landed.xy().norm() < 4.0, "{off_place} m, {landed}");
+    // The middle of its ground is where an earlier guidance of the entry brought it, 12 m from here.
+    assert!(off_place < 0.3 && landed.xy().norm() < 14.0, "{off_place} m, {landed}");
     // It stands, and drives to where it was told to; meanwhile the stage comes down.
     let (mut away, mut fallen) = (0.0, 0.0);
     while sim.before(seconds(1050.0))

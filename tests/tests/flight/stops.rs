@@ -81,7 +81,9 @@ fn finite(sim: &Simulation) -> bool {
 #[test]
 fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
     for (model, params, bind, says) in models() {
-        let mut stopped = scene(&text(model, &params, "stop", START, bind), &[]).unwrap();
+        // The cone has an end at Mach 1, too.
+        let start = if model == "sphere_cone" { (300.0, 90.0) } else { START };
+        let mut stopped = scene(&text(model, &params, "stop", start, bind), &[]).unwrap();
         stopped.check().unwrap();
         let e = stopped.run_until(seconds(5.0)).unwrap_err();
         println!("{model}: {e}");
@@ -100,15 +102,15 @@ fn where_its_tables_end_each_model_stops_the_run_with_words_or_tells_them() {
         assert!((e.time - at).abs() < 1e-6 && (e.time * 10.0).fract() > 0.0, "{e}");
         assert!(stopped.take_notices().is_empty());
         // Cut on the way it stops at the same bits.
-        let mut cut = scene(&text(model, &params, "stop", START, bind), &[]).unwrap();
+        let mut cut = scene(&text(model, &params, "stop", start, bind), &[]).unwrap();
         cut.run_until(seconds(0.3)).unwrap();
         let saved = cut.checkpoint("").unwrap();
-        let mut rest = scene(&text(model, &params, "stop", START, bind), &[]).unwrap();
+        let mut rest = scene(&text(model, &params, "stop", start, bind), &[]).unwrap();
         rest.restore(&saved).unwrap();
         assert_eq!(rest.run_until(seconds(5.0)).unwrap_err(), e);
         assert_eq!((rest.state(), rest.hash()), (stopped.state(), stopped.hash()));
         // Clamped it goes on behind the same instant.
-        let mut clamped = scene(&text(model, &params, "clamp", START, bind), &[]).unwrap();
+        let mut clamped = scene(&text(model, &params, "clamp", start, bind), &[]).unwrap();
         clamped.run_until(seconds(5.0)).unwrap();
         let told = clamped.take_notices();
         assert_eq!(told.len(), 1, "{told:?}");
