@@ -179,7 +179,7 @@ mod tests {
             let (nozzle, pressure) = (NodeState::identity(), 101_325.0);
             let u =
                 EngineIn { nozzle, throttle, supply: true, pressure, gimbal_x: 0.0, gimbal_y: 0.0 };
-            m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &())
+            m.direct(&Clock::at(0.0, 0.1, 0), &(), &Burning { burns: throttle > 0.0 }, &u, &())
         };
         assert!(at(0.05).thrust == 0.0 && at(0.05).flow > 0.0 && at(0.0).thrust == 0.0);
         assert!((at(0.5).thrust - (5e4 - 10_132.5)).abs() < 1e-9);

@@ -379,7 +379,8 @@ pub(crate) mod tests {
             assert!((got / flat - 1.0).abs() < 0.08, "{cluster} s: {got} {flat}");
         }
         // From the first sample on: over many seeds it is as wide as later.
-        let c = |key: u64, n: u64| Clock { t: n as f64, dt: 1.0, n, key, sampled: false, span: None };
+        let c =
+            |key: u64, n: u64| Clock { t: n as f64, dt: 1.0, n, key, sampled: false, span: None };
         let spread = |samples: u64| {
             let all = (0..2000).map(|key| {
                 let mut d = ImuState::zero();

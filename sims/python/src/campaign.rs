@@ -61,7 +61,8 @@ impl Campaign {
         for (line, why) in &folder.journal.damaged {
             let journal = Folder::journal_in(path);
             let fact = format!("the journal `{}`, line {line}: {why}", journal.display());
-            let text = std::ffi::CString::new(format!("{fact}; its run is made again")).unwrap_or_default();
+            let text = std::ffi::CString::new(format!("{fact}; its run is made again"))
+                .unwrap_or_default();
             PyErr::warn(py, &py.get_type::<pyo3::exceptions::PyUserWarning>(), &text, 1)?;
         }
         Ok(folder)

@@ -139,7 +139,8 @@ impl Core {
         let spare = {
             let mut all = lock(&self.ensembles);
             // After a fork the threads of the parent's ensembles are not here: waiting for them would not end, nor may they be told to.
-            let (here, gone) = std::mem::take(&mut *all).into_iter().partition(|e| e.process == own);
+            let (here, gone) =
+                std::mem::take(&mut *all).into_iter().partition(|e| e.process == own);
             *all = here;
             let gone: Vec<Threaded> = gone;
             gone.into_iter().for_each(std::mem::forget);

@@ -28,7 +28,7 @@ pub fn page(entry: &Entry, header: Option<&Header>, behaviour: Option<&Behaviour
         let _ = writeln!(out, "Reads a field of {field}: the nearest, when there is one.\n");
     }
     if d.inertial {
-        out.push_str("Takes W for inertial axes: refused where W is a site of a planet.\n\n");
+        out.push_str("Takes W for inertial axes: an error where W is a site of a planet.\n\n");
     }
     if !d.params.is_empty() {
         out.push_str("## Parameters\n\n| name | unit or kind | default | range | meaning |\n|---|---|---|---|---|\n");

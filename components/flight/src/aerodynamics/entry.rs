@@ -9,7 +9,7 @@
 //! event, at which `outside` says whether the run stops. The body's attitude is not asked and gets no moment. Straight up or down there is no lift.
 
 use super::air_data::{AirData, Outside, gusty, heating_constant};
-use super::axisymmetric::{Edge, Heat, LEAVES, Left, Passed, leaves, remark};
+use super::axisymmetric::{Edge, Heat, Left, Passed, leaves, remark};
 use crate::table::Curve;
 use linkwork_runtime::prelude::*;
 

@@ -301,9 +301,12 @@ mod tests {
         assert!(m.remarks(&c, &x, &d, &(), &at(260.0), &()).is_empty());
         let slow = m.remarks(&c, &x, &d, &(), &at(75.0), &());
         assert!(slow.len() == 1 && slow[0].message.contains("Mach 0.3000"));
-        assert!(m.guards(&c, &x, &d, &(), &at(75.0), &()).inside < 0.0);
+        assert!(m.guards(&c, &x, &d, &(), &at(75.0), &()).outside > 0.0);
         assert!(
-            m.tells(&c, 0, &x, &d, &(), &at(249.0), &()).unwrap().message.contains("Mach 0.99")
+            m.tells(&c, Fired::rising(LEAVES), &x, &d, &(), &at(249.0), &())
+                .unwrap()
+                .message
+                .contains("Mach 0.99")
         );
     }
 

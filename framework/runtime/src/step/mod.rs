@@ -22,6 +22,7 @@ mod solve;
 mod state;
 mod stiffness;
 mod turning;
+mod variables;
 
 pub use moves::MoveReport;
 pub(crate) use moves::Route;
@@ -33,11 +34,9 @@ pub use state::{GuardState, State};
 
 use crate::block::{Block, Evaluation, Now};
 use crate::condition::{Condition, Times};
-use crate::plan::{FieldPlan, Fires, Place, Plan, Role, Variable};
+use crate::plan::{FieldPlan, Fires, Plan};
 use crate::program::Program;
-use crate::tap::Change;
 use crate::time::Seconds;
-use crate::value::remedy;
 use evaluate::Stopped;
 use linearise::Linear;
 use linkwork_integrate::{Integrator, Method};
@@ -530,151 +529,6 @@ impl Simulation {
         RunError { time: self.time(), path, message, help: failure.help }
     }
 
-    /// The value at a place found before ([`Simulation::variable`]); NaN in a phase that has no such
-    /// variable.
-    #[inline]
-    pub fn value(&self, place: Place) -> f64 {
-        match place {
-            Place::X(k) => self.state.x[k as usize],
-            Place::D(k) => self.state.d[k as usize],
-            Place::Signal(k) => self.state.sig[k as usize],
-            Place::Channel(k) => {
-                let place = self.program.channels[self.state.phase as usize][k as usize];
-                place.map_or(f64::NAN, |place| self.value(place))
-            }
-            Place::Phase(k) => match self.state.entered.get(k as usize) {
-                Some(t) if t.is_finite() => *t,
-                _ => f64::NAN,
-            },
-        }
-    }
-
-    /// Finds a variable by path.
-    ///
-    /// # Errors
-    /// No such variable; the message guesses which was meant.
-    pub fn variable(&self, path: &str) -> Result<&Variable, VariableError> {
-        self.plan.variable(path)
-    }
-
-    /// Reads a variable by path.
-    ///
-    /// # Errors
-    /// As [`Simulation::variable`].
-    pub fn get(&self, path: &str) -> Result<f64, VariableError> {
-        let known = self.variable(path)?;
-        let value = self.value(known.place);
-        let of_phases = |k: u32| {
-            let place = self.program.channels[self.state.phase as usize][k as usize];
-            matches!(place, Some(Place::Phase(_)))
-        };
-        if matches!(known.place, Place::Channel(k) if of_phases(k)) {
-            return Ok(value);
-        }
-        Ok(self.value(self.here(path)?.place))
-    }
-
-    /// A variable of the present phase.
-    fn here(&self, path: &str) -> Result<&Variable, VariableError> {
-        let known = self.variable(path)?;
-        self.plan.lanes.get(path).ok_or_else(|| VariableError {
-            message: format!(
-                "`{path}` of `{}` is not there in phase `{}`",
-                known.part,
-                self.phase()
-            ),
-            help: "read or set it in a phase that has it".into(),
-        })
-    }
-
-    /// Sets a state or an input without a wire, by path. It acts from the present instant on.
-    ///
-    /// # Errors
-    /// No such variable, a value that is not finite, a variable that something else drives, or one that is pinned.
-    /// Nothing is changed then.
-    pub fn set(&mut self, path: &str, value: f64) -> Result<(), VariableError> {
-        let v = self.here(path)?.clone();
-        let refuse =
-            |message: String, help: &str| Err(VariableError { message, help: help.to_string() });
-        if !value.is_finite() {
-            return refuse(format!("`{path}` cannot be set to {value}"), "give a finite number");
-        }
-        if let Some(pinned) = self.pinned(path) {
-            return refuse(
-                format!("`{path}` is pinned to {pinned}"),
-                "unpin it first, or pin it to another value",
-            );
-        }
-        let before = self.value(v.place);
-        match (v.role, v.place) {
-            (Role::State, Place::X(k)) => self.state.x[k as usize] = value,
-            (Role::State, Place::D(k)) => self.state.d[k as usize] = value,
-            (Role::Free, Place::Signal(k)) => self.state.sig[k as usize] = value,
-            (Role::Output, _) => {
-                return refuse(
-                    format!("`{path}` is an output: it follows from the model"),
-                    "pin it, or set a state or an input without a wire",
-                );
-            }
-            _ => {
-                return refuse(
-                    format!("`{path}` is driven by a wire"),
-                    "set what drives it, or remove the wire",
-                );
-            }
-        }
-        self.refresh().and_then(|()| self.go_back()).map_err(|stopped| {
-            let e = self.stopped(stopped);
-            // As it was; that could be evaluated.
-            match v.place {
-                Place::X(k) => self.state.x[k as usize] = before,
-                Place::D(k) => self.state.d[k as usize] = before,
-                Place::Signal(k) => self.state.sig[k as usize] = before,
-                Place::Channel(_) | Place::Phase(_) => {}
-            }
-            let _ = self.refresh();
-            VariableError { message: e.message, help: e.help.unwrap_or_default() }
-        })
-    }
-
-    /// Sets, pins or unpins a variable ([`Simulation::set`], [`Simulation::pin`], [`Simulation::unpin`]): what a log
-    /// holds of it, done again. `value` says nothing when it is unpinned.
-    ///
-    /// # Errors
-    /// As these.
-    pub fn change(&mut self, path: &str, change: Change, value: f64) -> Result<(), VariableError> {
-        match change {
-            Change::Set => self.set(path, value),
-            Change::Pin => self.pin(path, value),
-            Change::Unpin => self.unpin(path),
-        }
-    }
-
-    /// The same of several variables, in this order: all of it, or nothing. What is pinned is made once for all.
-    ///
-    /// # Errors
-    /// The first that is refused.
-    pub fn change_all(
-        &mut self,
-        change: Change,
-        all: &[(String, f64)],
-    ) -> Result<(), VariableError> {
-        match (change, all) {
-            (Change::Set, [(path, value)]) => return self.set(path, *value),
-            (Change::Set, _) => {}
-            (Change::Pin, _) => return self.pin_all(all),
-            (Change::Unpin, _) => {
-                return self.unpin_all(&all.iter().map(|(path, _)| &**path).collect::<Vec<_>>());
-            }
-        }
-        let (before, broken) = (self.state.clone(), self.broken.clone());
-        let done = all.iter().try_for_each(|(path, value)| self.set(path, *value));
-        done.inspect_err(|_| {
-            (self.state, self.broken) = (before, broken);
-            self.replaced();
-        })
-    }
-
     /// Evaluates everything but sampled operations at this instant, after the state was changed.
     fn refresh(&mut self) -> Result<(), Stopped> {
         let plan = self.plan.clone();
@@ -741,21 +595,5 @@ impl Simulation {
             let number = self.work.number + 1;
             self.work = Work { number, ..Work::new(&self.plan) };
         }
-    }
-}
-
-impl Plan {
-    /// Finds a variable by path.
-    ///
-    /// # Errors
-    /// No such variable; the message guesses which was meant.
-    pub fn variable(&self, path: &str) -> Result<&Variable, VariableError> {
-        self.variables.get(path).ok_or_else(|| {
-            let known: Vec<&str> = self.variables.keys().map(String::as_str).collect();
-            VariableError {
-                message: format!("there is no variable `{path}`"),
-                help: remedy(path, "variables", &known),
-            }
-        })
     }
 }
