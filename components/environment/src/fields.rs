@@ -2,7 +2,7 @@
 //! `environment.exponential_atmosphere`, `environment.fixed_sun`.
 
 use crate::air::{Exponential, point_mass};
-use crate::gravity::{around, from_centre, gradient_around};
+use crate::gravity::{around, gradient_around, relative_to_centre};
 use crate::light::Seen;
 use crate::planet_air::SutherlandParams;
 use crate::world::PlanetWorld;
@@ -56,7 +56,7 @@ impl Service for UniformGravity {
             (Some(world), None) => {
                 let mu = world.needs_mu()?;
                 let at = world.planet.site.map_or(Vec3::zeros(), |site| {
-                    let r = site.from_centre(&Vec3::zeros());
+                    let r = site.relative_to_centre(&Vec3::zeros());
                     r * (-mu / r.norm().powi(3)) + site.centrifugal(&Vec3::zeros())
                 });
                 Ok(UniformGravity(-Vec3::z() * at.norm()))
@@ -93,7 +93,7 @@ impl Gravity for PointMassGravity {
         Some(gradient_around(&self.world.planet, p, own))
     }
     fn scale(&self, _: f64, p: Vec3) -> f64 {
-        0.5 * from_centre(self.world.planet.site.as_ref(), p)
+        0.5 * relative_to_centre(self.world.planet.site.as_ref(), p)
     }
     fn axes(&self) -> Axes {
         self.world.planet.axes()

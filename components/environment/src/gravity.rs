@@ -86,7 +86,7 @@ impl SphericalHarmonics {
 
     /// From the planet's centre to a point (m, W).
     fn around_centre(&self, p: &Vec3) -> Vec3 {
-        self.world.planet.site.map_or(*p, |s| s.from_centre(p))
+        self.world.planet.site.map_or(*p, |s| s.relative_to_centre(p))
     }
 
     /// Acceleration (m/s²) of the planet's field alone at `p` (m), both in W, with the centrifugal part in a site.
@@ -249,8 +249,8 @@ pub(crate) fn gradient_around(planet: &Planet, p: Vec3, gradient: impl Fn(&Vec3)
 }
 
 /// Distance (m) of a place in W from the planet's centre.
-pub(crate) fn from_centre(site: Option<&Site>, p: Vec3) -> f64 {
-    site.map_or(p, |s| s.from_centre(&p)).norm()
+pub(crate) fn relative_to_centre(site: Option<&Site>, p: Vec3) -> f64 {
+    site.map_or(p, |s| s.relative_to_centre(&p)).norm()
 }
 
 /// The zonal harmonics of the world's body.
@@ -300,7 +300,7 @@ impl Gravity for ZonalGravity {
     }
     fn scale(&self, _: f64, p: Vec3) -> f64 {
         // As a series of degree 4.
-        from_centre(self.world.planet.site.as_ref(), p) / 6.0
+        relative_to_centre(self.world.planet.site.as_ref(), p) / 6.0
     }
     fn axes(&self) -> Axes {
         self.world.planet.axes()

@@ -86,7 +86,7 @@ pub struct PolyhedralGravity {
 impl PolyhedralGravity {
     /// From the body's origin to a point (m, W).
     fn around_centre(&self, p: &Vec3) -> Vec3 {
-        self.world.planet.site.map_or(*p, |s| s.from_centre(p))
+        self.world.planet.site.map_or(*p, |s| s.relative_to_centre(p))
     }
 }
 
@@ -226,7 +226,7 @@ mod tests {
         let p = Vec3::new(30.0, -20.0, 10.0);
         for t in [0.0, 700.0] {
             let R = site.to_inertial(t);
-            let r = R * site.from_centre(&p);
+            let r = R * site.relative_to_centre(&p);
             let field = R * (here.acceleration(t, p) - site.centrifugal(&p));
             let want = there.acceleration(t, r);
             assert!((field - want).norm() < 1e-12 * want.norm(), "{field} {want}");

@@ -312,8 +312,6 @@ mod tests {
             assert!(within(&u) < 0.0);
         }
         assert!(m.fired(&c, Fired::rising(0), &x, &d, &(), &ports(), &mut ()).1.caught);
-        let told = m.remarks(&c, &x, &d, &(), &ports(), &());
-        assert!(told[0].message.contains("begin within"), "{told:?}");
         let p = CaptureParams { damping: Vec3::new(1.0, -1.0, 0.0), ..params() };
         assert_eq!(Capture::build(p).err().unwrap().param.as_deref(), Some("damping"));
     }

@@ -104,7 +104,7 @@ impl Radar {
     /// Where the sphere is met along `d` (unit) from `o`, both W.
     fn sphere(&self, o: &Vec3, d: &Vec3) -> Option<Hit> {
         let radius = self.p.ground_radius?;
-        let from = self.site.as_ref().map_or(*o, |s| s.from_centre(o));
+        let from = self.site.as_ref().map_or(*o, |s| s.relative_to_centre(o));
         let along = from.dot(d);
         // (|o| − R)(|o| + R): exact near the ground.
         let over = (from.norm() - radius) * (from.norm() + radius);

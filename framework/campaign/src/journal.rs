@@ -308,7 +308,7 @@ mod tests {
                     }
                     (Ok((found, damaged)), line) if line > 0 => {
                         let joined = if bytes[at] == b'\n' { line + 1 } else { line };
-                        let lost = |k: &usize| line <= k + 1 && k + 1 <= joined;
+                        let lost = |k: &usize| line <= k + 1 && *k < joined;
                         let mut left: Vec<u64> =
                             (0..3).filter(|k| !lost(k)).map(|k| runs[k]).collect();
                         left.sort_unstable();

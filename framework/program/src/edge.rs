@@ -48,7 +48,7 @@ impl Edges {
         let site = plan.services.iter().find_map(|(_, object)| object.axes().site());
         let height = |p: &Vec3| {
             let far = |s: linkwork_runtime::Site| {
-                s.from_centre(p).norm() - s.from_centre(&Vec3::zeros()).norm()
+                s.relative_to_centre(p).norm() - s.relative_to_centre(&Vec3::zeros()).norm()
             };
             site.map_or(p.z, far)
         };

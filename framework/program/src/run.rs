@@ -113,7 +113,7 @@ pub(crate) fn run_fork(
     file: &Path,
     fork: Fork,
 ) -> u8 {
-    start(ready, name, options, Source { file, begin: Begin::Forked(fork) })
+    start(ready, name, options, Source { file, begin: Begin::Forked(Box::new(fork)) })
 }
 
 /// What a run is made from.
@@ -129,7 +129,7 @@ enum Begin<'a> {
     /// Where an earlier run of this configuration stood.
     Resumed(&'a Checkpoint),
     /// Where a run of another configuration stood.
-    Forked(Fork),
+    Forked(Box<Fork>),
 }
 
 /// The picture, taken at every tick.

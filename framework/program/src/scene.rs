@@ -58,7 +58,7 @@ fn planet(loaded: &Loaded, plan: &Plan, faults: &mut Vec<Fault>) -> Option<Plane
     let color = [r, g, b];
     match (site, view.and_then(|v| Some((v.origin, v.planet_radius?)))) {
         (Some(site), None) => {
-            let centre = -site.from_centre(&Vec3::zeros());
+            let centre = -site.relative_to_centre(&Vec3::zeros());
             Some(Planet { centre, radius: centre.norm(), color })
         }
         (Some(_), Some((origin, _))) => {

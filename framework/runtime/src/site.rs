@@ -42,7 +42,7 @@ impl Site {
 
     /// From the planet's centre to `p`, both in W, m.
     #[must_use]
-    pub fn from_centre(&self, p: &Vec3) -> Vec3 {
+    pub fn relative_to_centre(&self, p: &Vec3) -> Vec3 {
         p + self.pose.rotation.inverse() * self.pose.position
     }
 
@@ -74,7 +74,7 @@ impl Site {
     #[must_use]
     pub fn centrifugal(&self, p: &Vec3) -> Vec3 {
         let omega = self.omega();
-        -omega.cross(&omega.cross(&self.from_centre(p)))
+        -omega.cross(&omega.cross(&self.relative_to_centre(p)))
     }
 }
 

@@ -48,8 +48,8 @@ pub trait World: Send + Sync {
     /// The place of p (m, W) at t (s); `None` near the centre, where there is no vertical.
     fn geographic(&self, t: f64, p: Vec3) -> Option<Geographic>;
     /// From the body's centre to `p` (m), both in W.
-    fn from_centre(&self, p: &Vec3) -> Vec3 {
-        self.axes().place().map_or(*p, |s| s.from_centre(p))
+    fn relative_to_centre(&self, p: &Vec3) -> Vec3 {
+        self.axes().place().map_or(*p, |s| s.relative_to_centre(p))
     }
     /// Why it cannot answer at simulated time t (s): the span that its data cover, and the remedy.
     fn trouble(&self, _t: f64) -> Option<BuildError> {
@@ -123,7 +123,7 @@ impl World for PlainWorld {
         }
     }
     fn geographic(&self, t: f64, p: Vec3) -> Option<Geographic> {
-        let r = self.planet_axes(t).inverse() * self.from_centre(&p);
+        let r = self.planet_axes(t).inverse() * self.relative_to_centre(&p);
         let distance = r.norm();
         (distance > 1.0).then(|| Geographic {
             latitude: (r.z / distance).clamp(-1.0, 1.0).asin(),
@@ -165,7 +165,7 @@ impl Vertical {
         };
         match axes {
             Axes::Inertial => Ok(Vertical::Centre(Vec3::zeros())),
-            Axes::Site(site) => Ok(Vertical::Centre(-site.from_centre(&Vec3::zeros()))),
+            Axes::Site(site) => Ok(Vertical::Centre(-site.relative_to_centre(&Vec3::zeros()))),
             Axes::Level(_) => Ok(gravity.and_then(of_gravity).unwrap_or(Vertical::Level)),
             Axes::Any => gravity.and_then(of_gravity).ok_or_else(|| {
                 let fact = "needs to know which way is up, and the simulation has neither a world nor gravity";

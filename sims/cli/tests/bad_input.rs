@@ -371,7 +371,7 @@ fn only_regular_files_are_read() {
     };
     for file in ["/dev/zero", "pipe.png"] {
         lab.write("sim.ron", &field(file));
-        lab.linkwork(&["check", "sim.ron"]).code(2).tells(&["no regular file"]);
+        lab.linkwork(&["check", "sim.ron"]).code(2).tells(&["neither a file nor a folder"]);
     }
     let mesh = edited(&[(
         "inertia: Sphere(0.1),",

@@ -38,7 +38,7 @@ fn the_tree_of_the_rover_has_its_names_and_levels() {
             "Hardware"
         ])
     );
-    assert_eq!(below("Rover/Environment"), set(&["Sun", "Gravity", "Terrain", "Ruts"]));
+    assert_eq!(below("Rover/Environment"), set(&["Place", "Terrain", "Ruts"]));
     assert_eq!(below("Rover/LocomotionSoftware"), set(&["Ackermann", "Monitor", "Odometry"]));
     assert_eq!(below("Rover/NavigationSoftware"), set(&["Follower"]));
     assert_eq!(below("Rover/Hardware"), set(&["Chassis", "Mast", "Wheels", "Sensors", "Power"]));

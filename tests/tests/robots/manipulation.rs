@@ -201,10 +201,13 @@ fn the_wire_is_cut_and_its_end_drops() {
         [("grip=60", 60.0), ("believed=[0.502, 0.1, 0.303]", 60.0), ("grip=38", 38.0)]
     {
         let mut sim = load("cut_wire/sim.ron", &[set]);
-        let (mut most, mut push, mut torque) =
-            (0.0_f64, 0.0_f64, [f64::INFINITY, f64::NEG_INFINITY]);
+        let (mut most, mut inside, mut push, mut torque) =
+            (0.0_f64, 0.0_f64, 0.0_f64, [f64::INFINITY, f64::NEG_INFINITY]);
         work(&mut sim, 15.0, |s| {
             most = most.max(get(s, "Cut.force"));
+            if get(s, "Cut.cut") > 0.1 {
+                inside = inside.max(get(s, "Cut.force"));
+            }
             push = push.max(get(s, "Arm.Controller.push"));
             let index = get(s, "Arm.Controller.index");
             if index == 2.0 {
@@ -222,8 +225,8 @@ fn the_wire_is_cut_and_its_end_drops() {
             continue;
         }
         let strength = 62e6 * std::f64::consts::PI * 1e-6;
-        // Without the peak of a moment when the edges meet it: what the page says it is cut with.
-        assert!((most - 196.0).abs() < 0.55, "{most}");
+        // The page states the force of cutting; the force is larger for a moment when the edges meet the wire.
+        assert!((inside - 196.0).abs() < 0.55, "{inside}");
         assert!(cut == 1.0 && most > strength && most < 1.15 * strength, "{most} of {strength}");
         assert_eq!(sim.phase(), "cut");
         let next = sim.time() + 1.0;
@@ -258,7 +261,7 @@ fn a_wheel_is_mounted_and_five_nuts_are_put_on() {
         });
         assert!(mounted > 1000, "{mounted}");
         // As its page says.
-        assert!(set == beside || (needs - 0.53).abs() < 5e-3, "{needs}");
+        assert!(set == beside || (needs - 0.54).abs() < 5e-3, "{needs}");
         let turned = get(&sim, "hub.angle").to_degrees();
         println!(
             "{set}: hub {most:.1} N, share {share:.3}, friction {needs:.3}, turned {turned:.3}°"

@@ -126,9 +126,10 @@ fn stop_when_ends_the_run_within_the_step() {
         let y = figures(&format!(
             r#"Simulation(
                 bodies: {{ "craft": (parent: "world", hinge: Free, mass: 100, inertia: Sphere(0.5), initial: (position: [1837400, 0, 0], velocity: [0, 0, 1500])) }},
+                world: (body: "moon", mu: 4.9028e12, radius: 1737400),
                 parts: {{
-                    "G": (model: "environment.point_mass_gravity", params: {{ "mu": 4.9028e12 }}),
-                    "Orbit": (model: "flight.orbit", params: {{ "mu": 4.9028e12, "radius": 1737400 }}, bind: {{ "body": "node:craft" }}),
+                    "G": (model: "environment.point_mass_gravity"),
+                    "Orbit": (model: "flight.orbit", bind: {{ "body": "node:craft" }}),
                     "Down": (model: "basics.relay", params: {{ "on": 0, "off": -1000 }}),
                     "Depth": (model: "basics.gain", params: {{ "k": -1 }}),
                 }},
@@ -214,9 +215,10 @@ fn a_canopy_that_is_commanded_when_it_appears_opens() {
     let y = figures(
         r#"Simulation(
             bodies: { "c": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10], initial: (position: [0, 0, 1000], velocity: [0, 0, -50])) },
+            world: (body: "earth", site: (latitude: 0, longitude: 0, turning: false)),
             parts: {
                 "G": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] }),
-                "Air": (model: "environment.exponential_atmosphere", params: { "planet_radius": 0, "density": 1.2, "scale_height": 8000, "temperature": 288 }),
+                "Air": (model: "environment.exponential_atmosphere", params: { "density": 1.2, "scale_height": 8000, "temperature": 288, "gas_constant": 287.05, "heat_ratio": 1.4 }),
                 "One": (model: "basics.constant", params: { "value": 1 }),
             },
             step: "10 ms", until: "10 s", start: "falls",

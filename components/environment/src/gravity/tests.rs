@@ -181,7 +181,7 @@ fn third_bodies_pull_and_raise_tides_alike_over_a_site() {
     let Axes::Site(site) = here.axes() else { panic!("no site") };
     for t in [0.0, 3000.0] {
         let R = site.to_inertial(t);
-        let p = R.inverse() * P - site.from_centre(&Vec3::zeros());
+        let p = R.inverse() * P - site.relative_to_centre(&Vec3::zeros());
         let pulls = here.thirds(t, p).sum::<Vec3>() + here.tide(t, p);
         let want = there.thirds(t, P).sum::<Vec3>() + there.tide(t, P);
         assert!((R * pulls - want).norm() < 1e-10 * want.norm(), "{pulls} {want}");

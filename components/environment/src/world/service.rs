@@ -100,7 +100,7 @@ impl Inner {
     /// Sunlight at p (m, W) at t (s), given the Sun's place `sun` from the centre of the body (m, W).
     pub fn light(&self, t: f64, p: &Vec3, sun: &Vec3) -> Light {
         let planet = &self.planet;
-        let r = planet.site.map_or(*p, |s| s.from_centre(p));
+        let r = planet.site.map_or(*p, |s| s.relative_to_centre(p));
         let mut seen = Seen::new(&(sun - r), self.params.solar_constant);
         match &planet.site {
             Some(_) if !planet.turning => seen.horizon(),

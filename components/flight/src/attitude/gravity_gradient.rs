@@ -93,7 +93,7 @@ impl Model for GravityGradient {
             Some(inertia) => (inertia, u.body.position),
             None => (u.own.inertia_matrix(), u.body.position + u.body.rotation * u.own.com),
         };
-        let r = self.site.map_or(at, |s| s.from_centre(&at));
+        let r = self.site.map_or(at, |s| s.relative_to_centre(&at));
         let torque = torque(self.mu, &inertia, &(u.body.rotation.inverse() * r));
         let load = Wrench { moment: u.body.rotation * torque, force: Vec3::zeros() };
         GravityGradientOut { load, torque }
@@ -209,7 +209,7 @@ mod tests {
         };
         let here = at(GravityGradientParams { world, ..params() }, body);
         let turn = site.to_inertial(40.0);
-        let position = turn * site.from_centre(&body.position);
+        let position = turn * site.relative_to_centre(&body.position);
         let outside = NodeState { position, rotation: turn * body.rotation, ..body };
         let there = at(params(), outside);
         assert!((here.torque - there.torque).norm() < 1e-12 * there.torque.norm());

@@ -123,7 +123,8 @@ impl Model for MagneticField {
         Ok(MagneticField { source: p.source()?, world: p.world })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &FieldIn) -> FieldOut {
-        let (turn, r) = (self.world.planet_axes(c.t), self.world.from_centre(&u.body.position));
+        let (turn, r) =
+            (self.world.planet_axes(c.t), self.world.relative_to_centre(&u.body.position));
         let field = turn * self.source.at(&(turn.inverse() * r));
         FieldOut { field, in_body: u.body.rotation.inverse() * field }
     }
@@ -273,7 +274,7 @@ mod tests {
             for t in [0.0, 40.0] {
                 let turn = about_z.to_inertial(t);
                 let (position, rotation) =
-                    (turn * site.from_centre(&body.position), turn * body.rotation);
+                    (turn * site.relative_to_centre(&body.position), turn * body.rotation);
                 let outside = NodeState { position, rotation, ..body };
                 let c = Clock::at(t, 0.1, 0);
                 let a = here.direct(&c, &(), &(), &FieldIn { body }, &());

@@ -288,7 +288,7 @@ impl DescentFilter {
     /// What beam `k` tells if the estimate is right; none where it misses the ground.
     fn expected(&self, d: &Navigated, k: usize) -> Option<Expected> {
         let beam = d.attitude * self.beams[k];
-        let from = self.site.as_ref().map_or(d.position, |s| s.from_centre(&d.position));
+        let from = self.site.as_ref().map_or(d.position, |s| s.relative_to_centre(&d.position));
         let radius = self.radius + d.ground;
         let (along, over) = (from.dot(&beam), (from.norm() - radius) * (from.norm() + radius));
         let root = along * along - over;
@@ -318,7 +318,11 @@ impl DescentFilter {
             return;
         }
         let mut gain = to / spread;
-        let up = self.site.as_ref().map_or(d.position, |s| s.from_centre(&d.position)).normalize();
+        let up = self
+            .site
+            .as_ref()
+            .map_or(d.position, |s| s.relative_to_centre(&d.position))
+            .normalize();
         let raised = up * up.dot(&gain.fixed_rows::<3>(0));
         gain.fixed_rows_mut::<3>(0).copy_from(&raised);
         let x = gain * off;
@@ -436,7 +440,7 @@ impl SizedModel for DescentFilter {
             angular: e.attitude * e.rate,
             velocity: e.velocity,
         };
-        let from = self.site.as_ref().map_or(e.position, |s| s.from_centre(&e.position));
+        let from = self.site.as_ref().map_or(e.position, |s| s.relative_to_centre(&e.position));
         let over = e.velocity - self.ground(&from);
         let speed = over.norm();
         DescentFilterOut {

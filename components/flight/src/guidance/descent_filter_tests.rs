@@ -281,7 +281,7 @@ fn a_beam_moves_no_place_over_the_ground() {
     let h = Row::from_fn(|i, _| normal(4, i as u64, 0));
     let (off, sigma) = (700.0, 1.3);
     m.mend(&mut d, &h, off, sigma);
-    let up = site().from_centre(&before).normalize();
+    let up = site().relative_to_centre(&before).normalize();
     let moved = d.position - before;
     assert!(moved.dot(&up).abs() > 1e-3 && moved.cross(&up).norm() < 1e-9, "{moved}");
     let to = cov * h;

@@ -13,7 +13,7 @@ use linkwork_spatial::Mat3;
 /// at the moment, where W is inertial with the planet at its origin, or a site.
 pub fn inertial(site: Option<&Site>, node: &NodeState) -> (Vec3, Vec3) {
     let Some(s) = site else { return (node.position, node.velocity) };
-    let r = s.from_centre(&node.position);
+    let r = s.relative_to_centre(&node.position);
     (r, node.velocity + s.omega().cross(&r))
 }
 
@@ -178,7 +178,7 @@ pub(crate) mod tests {
             let pull = |r: Vec3| r * (-self.mu / r.norm().powi(3));
             self.site
                 .as_ref()
-                .map_or_else(|| pull(p), |s| pull(s.from_centre(&p)) + s.centrifugal(&p))
+                .map_or_else(|| pull(p), |s| pull(s.relative_to_centre(&p)) + s.centrifugal(&p))
         }
         fn axes(&self) -> Axes {
             Axes::of(self.site)

@@ -175,7 +175,7 @@ mod tests {
         let site = Site { pose, rate: 7e-5, start: Quat::identity() };
         let m = law(0.6, Vec3::x(), Some(site));
         let there = NodeState { position: Vec3::new(400.0, -3e3, 900.0), ..NodeState::identity() };
-        let up = site.from_centre(&there.position).normalize();
+        let up = site.relative_to_centre(&there.position).normalize();
         let y = at(&m, there, -up * 5.0 + Vec3::x());
         assert!(((y.target * Vec3::z()).dot(&up) - 0.6_f64.cos()).abs() < 1e-12 && y.limited);
     }

@@ -163,7 +163,7 @@ impl Model for PanelRadiation {
         // At the planet the Sun is as far as it is from its centre.
         let (e, planet_light_pressure) = match &p.world {
             Some(world) if p.albedo > 0.0 || p.infrared > 0.0 => {
-                let (seen, r) = (p.sun.state(c.t), world.from_centre(&u.body.position));
+                let (seen, r) = (p.sun.state(c.t), world.relative_to_centre(&u.body.position));
                 let e = planet_light(&r, &seen.direction, world.radius(), p.albedo, p.infrared);
                 (e, light.pressure() * (light.distance / (seen.distance_au * AU)).powi(2))
             }
@@ -238,7 +238,7 @@ mod tests {
         sun: Vec3,
         world: PlainWorld,
     ) -> Result<PanelRadiation, BuildError> {
-        let centre = -world.from_centre(&Vec3::zeros());
+        let centre = -world.relative_to_centre(&Vec3::zeros());
         let sun = Arc::new(Along(sun, centre)) as Arc<dyn Sun>;
         PanelRadiation::build(RadiationPanelParams {
             panels,
@@ -330,7 +330,7 @@ mod tests {
         let there = model(panels.clone(), 0.3, 0.7).unwrap();
         let here = seen_from(panels, (0.3, 0.7), to_W * Vec3::x(), world).unwrap();
         let a = at(&there, r, attitude);
-        let b = at(&here, to_W * r - site.from_centre(&Vec3::zeros()), to_W * attitude);
+        let b = at(&here, to_W * r - site.relative_to_centre(&Vec3::zeros()), to_W * attitude);
         let scale = a.load.force.norm();
         assert!(scale > 1e-6 && a.planet_pressure > 1e-7, "{a:?}");
         assert!((to_W * a.load.force - b.load.force).norm() < 1e-9 * scale, "{a:?} {b:?}");

@@ -282,9 +282,8 @@ impl Assembly {
         let wires = self.wires.iter();
         let wires = wires.map(|w| write_wire(w.text.text.clone(), &w.timing).into()).collect();
         put("wires", Value::List(wires));
-        let entry = |ends: &Vec<Text>| {
-            Value::List(ends.iter().map(|t| text(&t.text).into()).collect()).into()
-        };
+        let entry =
+            |ends: &Vec<Text>| Value::List(ends.iter().map(|t| text(&t.text)).collect()).into();
         put("connect", Value::List(self.connect.iter().map(entry).collect()));
         put("exports", table(self.exports.iter(), |t| Value::Text(t.text.clone())));
         let overrides = self.overrides.iter().map(|(path, v)| (path.text.clone(), v.clone()));

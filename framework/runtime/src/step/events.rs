@@ -235,15 +235,19 @@ impl Simulation {
         done
     }
 
-    /// A guard that has just fired stands at its zero, and its side is unknown until a step has shown it; unless what it
-    /// fired threw it back to the other side, which is a change like any other.
+    /// A guard that has just fired stands at its zero but for round-off, and its side is unknown until a step has shown it. Where
+    /// the event has moved it away from zero, its side is known; a move back to the other side is a change like any other.
     fn leave_zero(&mut self, plan: &Plan, fired: usize, went: i8) {
         let (guard, direction) = (&mut self.state.guards[fired], plan.guards[fired].direction);
         let to = side(guard.value, direction);
-        let back = to == -went && guard.value.abs() > guard.slack;
-        if back {
+        if guard.value.abs() <= guard.slack {
+            return;
+        }
+        if to == -went {
             guard.side = to;
             guard.due = way(direction, to).unwrap_or(0);
+        } else if guard.slack > 0.0 {
+            guard.side = to;
         }
     }
 

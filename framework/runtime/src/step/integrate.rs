@@ -120,7 +120,7 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Tick,
-            span: plan.averages.then(|| [t, t + rest]),
+            span: plan.averages.then_some([t, t + rest]),
             number: self.work.number,
         };
         if plan.derivs.is_empty() {
@@ -243,7 +243,7 @@ impl Simulation {
             dt: plan.step.seconds(),
             tick: self.state.tick,
             evaluation: Evaluation::Stage,
-            span: plan.averages.then(|| [t, t + part * h]),
+            span: plan.averages.then_some([t, t + part * h]),
             number: self.work.number,
         };
         let Simulation { state, blocks, work, .. } = self;
@@ -287,7 +287,8 @@ impl Simulation {
             }
         }
         work.number += 1;
-        let span = plan.averages.then(|| [t - state.since + from, t - state.since + from + so_far]);
+        let span =
+            plan.averages.then_some([t - state.since + from, t - state.since + from + so_far]);
         let now = Now { evaluation: Evaluation::Tick, span, number: work.number, ..now };
         let State { x, d, sig, pins, .. } = &mut work.before;
         let pins = pins.as_deref();

@@ -283,7 +283,7 @@ impl Simulation {
             };
             // Parts that advance by themselves are at the row already.
             let whole = event.is_none() && (last || plan.steps.is_empty());
-            if over.to_end(whole) {
+            if over.evaluate_end(whole) {
                 end.copy_from_slice(over.inner);
             } else {
                 end.copy_from_slice(start);
@@ -302,7 +302,7 @@ impl Simulation {
 
 impl Stretch<'_> {
     /// The values right before its end, into `inner`.
-    fn to_end(&mut self, whole: bool) -> bool {
+    fn evaluate_end(&mut self, whole: bool) -> bool {
         if !whole && self.is_dense() {
             return self.at(1.0 - BEFORE).is_some();
         }
