@@ -4,7 +4,7 @@
 //! W a site     p_P = X_PW p,  v_P = R_PW v: the planet's own axes, in which it stands still
 //! level        no planet, or one whose rotation is left out: up is against gravity, the ground stands still
 //! ```
-//! Laws are written once, for a planet at the origin that turns at [`Ground::rate`]. Everything comes from the world of the simulation.
+//! Laws are written once, for a planet at the origin that turns at the rate of its world. Everything comes from the world of the simulation.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
