@@ -469,7 +469,6 @@ def test_a_printed_mechanism_has_masses_without_rounding_in_the_last_digits():
     assert "forearm  pin  q[2:3] v[2:3]  2.3 kg" in text
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
 @pytest.mark.filterwarnings("ignore:.*fork")
 def test_a_child_after_fork_makes_threads_of_its_own():
     """The child waited for the threads of its parent, which it does not have."""
