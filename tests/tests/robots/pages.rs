@@ -81,7 +81,7 @@ fn cut_wire_says_what_it_does() {
     ];
     says("cut_wire", &[], &of);
     let of = [
-        ("largest force of the edges", "With 38 N the edges come to # N"),
+        ("largest force of the edges", "With `grip=38` the edges press with # N only"),
         ("share of the wire that is cut", "that is cut` stays #."),
     ];
     says("cut_wire", &["grip=38"], &of);
@@ -103,7 +103,7 @@ fn dual_arm_carry_says_what_it_does() {
 fn tyre_change_says_what_it_does() {
     let of = [
         ("largest squeeze", "squeeze by at most # N"),
-        ("friction that the palms need", "need a friction of # as the controller tells it"),
+        ("friction that the palms need", "The controller reports a required friction of #;"),
         ("largest share of what a joint can do", "largest share of what a joint can do is #;"),
         ("largest force on the hub", "the hub is pushed with # N at the touch"),
         ("nut 1 beside its stud", "first nut ends # mm beside"),
