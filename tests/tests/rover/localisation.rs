@@ -87,18 +87,20 @@ fn without_its_camera_it_is_further_off_and_says_so() {
     let blind = format!("{ESTIMATOR}.gate=1");
     let mode = [&KINEMATICS[..], &[VISUAL, "Rover.Localisation.Pair.reach=0.1"]].concat();
     let (mut with, mut without) = (rover(&[&KINEMATICS[..], &[VISUAL]].concat()), rover(&mode));
-    run(&mut with, 30.0);
-    run(&mut without, 30.0);
+    // A picture a second.
+    let t = linkwork_tests::size(15.0, 30.0);
+    run(&mut with, t);
+    run(&mut without, t);
     let get = |sim: &Simulation, port: &str| sim.get(&format!("{ESTIMATOR}.{port}")).unwrap();
     assert_eq!(get(&without, "motions"), 0.0);
-    assert!(get(&without, "lost") > 25.0 && get(&with, "motions") > 25.0);
+    assert!(get(&without, "lost") > 0.8 * t && get(&with, "motions") > 0.8 * t);
     let sigma = |sim| get(sim, "deviation.x").hypot(get(sim, "deviation.y"));
     println!("{} m with, {} m without", sigma(&with), sigma(&without));
     assert!(sigma(&without) > 2.0 * sigma(&with) && off(&without).nees < 16.3);
     // What agrees with nothing is left out.
     let mut gated = rover(&[&KINEMATICS[..], &[VISUAL, &blind]].concat());
-    run(&mut gated, 30.0);
-    assert!(get(&gated, "lost") > get(&with, "lost") + 5.0);
+    run(&mut gated, t);
+    assert!(get(&gated, "lost") > get(&with, "lost") + t / 6.0);
 }
 
 #[test]

@@ -132,7 +132,12 @@ pub fn signal(child: &Child, name: &str) {
 
 /// Returns the number of kills in a test: `least`, or 100 where `.ci/verify kills` runs it.
 pub fn kills(least: usize) -> usize {
-    if std::env::var_os("LINKWORK_VERIFY").is_some() { 100 } else { least }
+    size(least, 100)
+}
+
+/// Returns the size of a test: `short`, or `long` where `.ci/verify` runs it (`LINKWORK_VERIFY`).
+pub fn size(short: usize, long: usize) -> usize {
+    if std::env::var_os("LINKWORK_VERIFY").is_some() { long } else { short }
 }
 
 /// `kill -9`.
