@@ -5,7 +5,7 @@
 pub struct Dependency {
     /// Name of the package (`package = "…"` undone).
     pub name: String,
-    /// Only for tests and benches.
+    /// Only for tests and benches: a development dependency, or an optional one whose folder is in `tests`.
     pub dev: bool,
 }
 
@@ -47,7 +47,10 @@ pub fn parse(folder: &str, text: &str) -> Manifest {
                 .split_once("package")
                 .and_then(|(_, rest)| rest.trim_start().strip_prefix('='))
                 .and_then(|rest| rest.split('"').nth(1));
-            manifest.dependencies.push(Dependency { name: unquoted(renamed.unwrap_or(key)), dev });
+            let name = unquoted(renamed.unwrap_or(key));
+            // Optional and of a folder for tests: nobody has it who does not ask for it.
+            let dev = dev || (value.contains("optional = true") && value.contains("/tests/"));
+            manifest.dependencies.push(Dependency { name, dev });
         }
     }
     manifest
@@ -202,13 +205,16 @@ mod tests {
         let m = parse(
             "components/x",
             "[package]\nname = \"x\" \nversion.workspace = true\n[dependencies]\n# a = 1\na.workspace = true\n\
-             b = { version = \"1\", package = \"bee\" }\n[target.'cfg(unix)'.dependencies]\nc = \"1\"\n\
+             b = { version = \"1\", package = \"bee\" }\nf = { path = \"../../tests/f\", optional = true }\n[target.'cfg(unix)'.dependencies]\nc = \"1\"\n\
              [dev-dependencies]\nd = \"1\"\n[dependencies.e]\nversion = \"1\"\n[lints]\nworkspace = true",
         );
         let names: Vec<(&str, bool)> =
             m.dependencies.iter().map(|d| (d.name.as_str(), d.dev)).collect();
         assert_eq!(m.package, "x");
-        assert_eq!(names, [("a", false), ("bee", false), ("c", false), ("d", true), ("e", false)]);
+        assert_eq!(
+            names,
+            [("a", false), ("bee", false), ("f", true), ("c", false), ("d", true), ("e", false),]
+        );
     }
 
     #[test]
