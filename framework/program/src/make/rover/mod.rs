@@ -2,10 +2,13 @@
 //!
 //! Sizes come from the file; what it does not say is chosen from them:
 //! ```text
-//! torque at standstill   1.5 μ N r, μ = 0.9: a wheel that carries its share N can spin      else the effort of the file
+//! worst support          N_w: twice an equal share; half of the weight where nothing adapts to the ground and two wheels may carry it all
+//! torque at standstill   μ N_w r, μ = 0.9: a wheel that carries N_w can spin                else the effort of the file
 //! rate without load      4 √r m/s at the rim                                               else the rate of the file
 //! contact                k = N/(0.005 r): a wheel sinks in by half a per cent of its radius; half of it sideways, damped as ζ = 0.14
-//! rotor                  a fiftieth of the machine's mass at the rim, shared; at least so heavy that the motor needs 4 ms
+//! rotor                  a fiftieth of the machine's mass at the rim, shared; at least so heavy that the motor needs 20 ms
+//! gain of the rates      half of that at which a wheel in the air comes to its rate within one sample, at the most 2:
+//!                        min(2, a/(2 (1 − a))), a = e^(−h/T), T = J ω₀/τ₀ of rotor J, sample h = 10 ms; unstable is (1 + a)/(1 − a)
 //! brake                  holds the wheel as a spring on which the rotor would swing with 200 rad/s
 //! friction of joints     as in the file, as tanh of the rate over 0.05 rad/s; over more where the step would be too long for it
 //! ```
@@ -25,6 +28,17 @@ const G: f64 = 9.81;
 const STEP: f64 = 1e-3;
 /// Friction for which drives are sized.
 const FRICTION: f64 = 0.9;
+/// Sample of the rate control in `parts/wheel_drive.ron`, s.
+const SAMPLE: f64 = 0.01;
+/// Gain of the rate control above which more does not help, in units of the motor's own constant.
+const GAIN_MAX: f64 = 2.0;
+
+/// Gain of a sampled rate control, in units of the motor's own constant: half of that at which a motor with this time constant (s) and
+/// nothing on its shaft comes to the commanded rate within one sample.
+fn rate_gain(time_constant: f64) -> f64 {
+    let left = (-SAMPLE / time_constant).exp();
+    (0.5 * left / (1.0 - left)).min(GAIN_MAX)
+}
 
 /// A number with five digits and no more than it needs.
 fn n(x: f64) -> String {
@@ -197,7 +211,13 @@ fn words(
     let of_file = |get: fn(&FoundWheel) -> Option<f64>| {
         driven.iter().map(|w| get(w)).reduce(|a, b| Some(a?.min(b?))).flatten()
     };
-    let torque = of_file(|w| w.torque).unwrap_or(1.5 * FRICTION * load * radius);
+    // A machine without a suspension may stand on two wheels. With a suspension a wheel on a rock also carries the share of its neighbour.
+    let worst = if found.suspension.is_empty() {
+        (2.0 * load).max(0.5 * found.mass * G)
+    } else {
+        2.0 * load
+    };
+    let torque = of_file(|w| w.torque).unwrap_or(FRICTION * worst * radius);
     let rate = of_file(|w| w.rate).unwrap_or(4.0 / radius.sqrt());
     let stiffness = load / (0.005 * radius);
     let sideways = 0.5 * stiffness;
@@ -219,7 +239,7 @@ fn words(
     let mut wheels = String::new();
     let mut overrides = String::new();
     let rotor =
-        (0.02 * found.mass * radius * radius / driven.len() as f64).max(0.004 * torque / rate);
+        (0.02 * found.mass * radius * radius / driven.len() as f64).max(0.02 * torque / rate);
     let element = |w: &FoundWheel, direction: &str| {
         let body = imported(&w.body);
         let visible = match shown_of(d, &w.body) {
@@ -297,6 +317,7 @@ fn words(
             list(w.place.as_slice())
         );
     }
+    let steering_supply = if steered.is_empty() { "" } else { "\"Steering[*].supply\", " };
     let names =
         |all: &[String]| all.iter().map(|s| format!("`{s}`")).collect::<Vec<_>>().join(", ");
     let mut told = format!("Mass {} kg.", n(found.mass));
@@ -372,11 +393,13 @@ fn words(
             .to_string(),
         ),
         ("hold_stiffness", n(4e4 * rotor)),
+        ("gain", n(rate_gain(rotor * rate / torque))),
         ("torque", n(torque)),
         ("rate", n(rate)),
         ("wheels", wheels),
         ("more", more),
         ("outer_wires", outer_wires),
+        ("steering_supply", steering_supply.to_string()),
         ("size", n((6.0 * leg).ceil())),
         ("spacing", n((0.5 * radius).clamp(0.02, 0.2))),
         ("relief", n(0.3 * radius)),
@@ -468,5 +491,32 @@ mod tests {
             r#"<robot name="scout"><link name="base"><inertial><mass value="20"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>{}</robot>"#,
             parts.concat()
         )
+    }
+
+    /// A wheel in the air, its rate measured as the mean over the last sample, as an encoder's ticks give it; with integral part and feed-forward
+    /// of `parts/wheel_drive.ron`. A gain of 2 with a time constant of 4 ms made the wheel swing between the greatest voltages.
+    #[test]
+    fn a_wheel_in_the_air_comes_to_its_rate_without_swinging() {
+        for time_constant in [2e-3, 4e-3, 0.02, 0.05, 0.3] {
+            let gain = rate_gain(time_constant);
+            let left = (-SAMPLE / time_constant).exp();
+            let (mut rate, mut mean, mut sum, mut greatest) = (0.0_f64, 0.0, 0.0, 0.0_f64);
+            let mut late = 0.0_f64;
+            for k in 0..600 {
+                let error = 1.0 - mean;
+                sum += 3.0 * SAMPLE * error;
+                let volts = 1.0 + gain * error + sum;
+                // dω/dt = (u − ω)/T over the sample.
+                let next = volts + (rate - volts) * left;
+                mean = volts + (rate - volts) * (time_constant / SAMPLE) * (1.0 - left);
+                rate = next;
+                greatest = greatest.max(rate);
+                if k >= 500 {
+                    late = late.max((rate - 1.0).abs());
+                }
+            }
+            assert!(late < 1e-3 && greatest < 1.4, "{time_constant}: {late} {greatest}");
+        }
+        assert_eq!(rate_gain(1.0), GAIN_MAX);
     }
 }
