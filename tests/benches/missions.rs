@@ -176,7 +176,8 @@ fn loading() {
 /// An arm of twelve joints with a motor each: a step of the stiff method, and how many evaluations it is worth.
 fn stiff() {
     const JOINTS: usize = 12;
-    let (mut bodies, mut parts, mut wires) = (String::new(), String::new(), String::new());
+    let (mut bodies, mut parts) = (String::new(), String::new());
+    let (mut wires, mut connect) = (String::new(), String::new());
     for k in 0..JOINTS {
         let parent = if k == 0 { "world".to_string() } else { format!("l{}", k - 1) };
         let axis = if k % 2 == 0 { "[0, 1, 0]" } else { "[1, 0, 0]" };
@@ -189,11 +190,12 @@ fn stiff() {
              \"torque_constant\": 0.05, \"gear\": 50, \"coulomb\": 0.1 }}, bind: {{ \"shaft\": \"hinge:l{k}\" }}),\n"
         );
         wires += &format!("\"V.y -> M{k}.volts\", ");
+        connect += &format!("(\"M{k}.supply\", \"Supply.terminal\"), ");
     }
     let text = |method: &str, step: &str| {
         format!(
-            "Simulation(bodies: {{ {bodies} }}, parts: {{ {parts} \"V\": (model: \"basics.constant\", params: {{ \"value\": 1 }}), \
-             \"G\": (model: \"environment.uniform_gravity\", params: {{ \"acceleration\": [0, 0, -9.81] }}) }}, wires: [{wires}], \
+            "Simulation(bodies: {{ {bodies} }}, parts: {{ {parts} \"Supply\": (model: \"power.ideal_supply\", params: {{ \"voltage\": 24 }}), \"V\": (model: \"basics.constant\", params: {{ \"value\": 1 }}), \
+             \"G\": (model: \"environment.uniform_gravity\", params: {{ \"acceleration\": [0, 0, -9.81] }}) }}, wires: [{wires}], connect: [{connect}], \
              integrator: \"{method}\", accuracy: \"fixed\", step: \"{step}\", until: \"100 s\")"
         )
     };

@@ -344,8 +344,10 @@ fn assemblies(count: usize) -> String {
         \"Wheel\": (model: \"flight.reaction_wheel\", params: { \"inertia\": 0.0796, \"speed\": 100, \"torque_max\": 0.2 },
             bind: { \"wheel\": \"node:hub/spin\" }),
         \"Jet\": (model: \"flight.thruster\", params: { \"thrust\": 10 }, bind: { \"nozzle\": \"node:hub/jet\" }),
+        \"Feed\": (model: \"flight.ideal_feed\"),
     }, wires: [\"Motion.attitude -> Pointing.attitude\", \"Motion.rate -> Pointing.rate\",
-        \"Target.y -> Pointing.target.w\", \"Pointing.torque.z -> Wheel.torque\", \"Target.y -> Jet.command\"]";
+        \"Target.y -> Pointing.target.w\", \"Pointing.torque.z -> Wheel.torque\", \"Target.y -> Jet.command\"],
+        connect: [(\"Jet.propellant\", \"Feed.outlet\")]";
     let one = |k: usize| {
         let (s, c) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
         format!(

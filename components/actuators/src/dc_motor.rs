@@ -1,14 +1,19 @@
 //! `actuators.dc_motor`: brushed DC motor with gearbox and brake, seen at the output shaft.
 //! ```text
+//! u = commanded voltage within ±V, V: voltage of the supply
 //! L di/dt = u − R i − k n ω          (L = 0: i = (u − k n ω)/R), |i| ≤ i_max
+//! P = u_w i,   i_supply = P/V        u_w: voltage at the winding, u, or R i + k n ω where the current is at its limit
 //! τ = n k i − b ω + τ_friction(z, ω)      limits of the friction, with brake 0 when it is off:
 //!     coulomb + brake + (1 − η) |n k i|       against motion that the motor drives: steady, τ = η n k i
 //!     coulomb + brake + (1/η − 1) |n k i|     against motion that drives the motor: steady, τ = n k i/η
 //! ```
 //! A gear loses power whichever way it passes: the loss is dry friction that grows with the torque in the mesh, so the
 //! torque is continuous through standstill and a loaded gear holds within its friction. For all voltages, rates and states
-//! u i − τ ω − d/dt(½ L i² + ½ k_hold z²) ≥ 0. `current_max` limits as a resistance in series does: what the winding
-//! does not take of the voltage is heat in the electronics.
+//! P − τ ω − d/dt(½ L i² + ½ k_hold z²) ≥ 0.
+//!
+//! The electronics are a bridge without losses that chops the supply: it cannot give more than the voltage of the supply, lowers the voltage where
+//! the current is at `current_max`, and feeds power back where the shaft drives the motor. Without a supply (V = 0) it shorts the winding: the motor brakes, and
+//! the power that it generates is heat in the winding.
 //!
 //! The back-EMF is a damping of (n k)² η/R at the shaft: with an explicit integrator keep this times the step
 //! below the inertia of the shaft, and put the rotor's reflected inertia n² J into the driven body.
@@ -57,7 +62,10 @@ pub struct DcMotorParams {
 /// Electrical and mechanical side.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct DcMotorIn {
-    /// Terminal voltage.
+    /// Supply of the electronics.
+    #[port(connector)]
+    pub supply: Voltage,
+    /// Commanded voltage of the winding; the voltage of the supply limits it.
     #[port("V", default = 0.0)]
     pub volts: f64,
     /// Brake on.
@@ -80,9 +88,15 @@ pub struct DcMotorOut {
     /// Winding current.
     #[port("A")]
     pub current: f64,
-    /// Electrical power taken.
+    /// Electrical power taken from the supply; negative: fed back.
     #[port("W")]
     pub power: f64,
+    /// Heat in the winding: for the `heat` of a thermal node.
+    #[port("W")]
+    pub heat: f64,
+    /// Supply of the electronics.
+    #[port(connector)]
+    pub supply: Current,
 }
 
 /// Winding and friction.
@@ -102,12 +116,29 @@ pub struct DcMotor {
 }
 
 impl DcMotor {
+    /// Voltage that the electronics give, V.
+    fn voltage(&self, u: &DcMotorIn) -> f64 {
+        let most = u.supply.voltage.max(0.0);
+        u.volts.clamp(-most, most)
+    }
+
+    /// Voltage at the winding, V: the voltage of the electronics, or less where they hold the current at its limit.
+    fn winding(&self, u: &DcMotorIn, current: f64) -> f64 {
+        let p = &self.p;
+        if current.abs() < p.current_max {
+            return self.voltage(u);
+        }
+        let held = p.resistance * current + p.torque_constant * p.gear * u.shaft.rate;
+        // Towards the limit from within it is the voltage of the electronics.
+        if current > 0.0 { self.voltage(u).min(held) } else { self.voltage(u).max(held) }
+    }
+
     fn current(&self, x: &MotorState, u: &DcMotorIn) -> f64 {
         let p = &self.p;
         let i = if p.inductance > 0.0 {
             x.current
         } else {
-            (u.volts - p.torque_constant * p.gear * u.shaft.rate) / p.resistance
+            (self.voltage(u) - p.torque_constant * p.gear * u.shaft.rate) / p.resistance
         };
         i.clamp(-p.current_max, p.current_max)
     }
@@ -143,11 +174,17 @@ impl Model for DcMotor {
         let current = self.current(x, u);
         let torque = self.drive(current) - p.viscous * u.shaft.rate
             + self.friction(u, current).torque(x.deflection, u.shaft.rate);
+        let power = match u.supply.voltage > 0.0 {
+            true => self.winding(u, current) * current,
+            false => 0.0,
+        };
         DcMotorOut {
             torque: HingeTorque(torque),
             shaft_torque: torque,
             current,
-            power: u.volts * current,
+            power,
+            heat: p.resistance * current * current,
+            supply: u.supply.current_of(power),
         }
     }
     fn deriv(&self, _: &Clock, x: &MotorState, _: &(), _: &(), u: &DcMotorIn) -> MotorState {
@@ -155,7 +192,7 @@ impl Model for DcMotor {
         let emf = p.torque_constant * p.gear * u.shaft.rate;
         let mut rise = 0.0;
         if p.inductance > 0.0 {
-            rise = (u.volts - p.resistance * x.current - emf) / p.inductance;
+            rise = (self.voltage(u) - p.resistance * x.current - emf) / p.inductance;
             // The electronics hold the current at its limit.
             if x.current.abs() >= p.current_max && rise * x.current > 0.0 {
                 rise = 0.0;
@@ -172,6 +209,9 @@ impl Model for DcMotor {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// More than any test asks for.
+    const SUPPLY: Voltage = Voltage { voltage: 1000.0 };
 
     fn motor() -> DcMotor {
         DcMotor {
@@ -194,7 +234,12 @@ mod tests {
     /// The motor after its gear has turned long enough at this rate to slide.
     fn at(volts: f64, rate: f64) -> DcMotorOut {
         let (m, mut x, clock) = (motor(), MotorState::zero(), Clock::at(0.0, 1e-3, 0));
-        let u = DcMotorIn { volts, brake: false, shaft: HingeState { angle: 0.0, rate } };
+        let u = DcMotorIn {
+            supply: SUPPLY,
+            volts,
+            brake: false,
+            shaft: HingeState { angle: 0.0, rate },
+        };
         for _ in 0..20_000 {
             let y = m.direct(&clock, &x, &(), &u, &());
             x.deflection += 1e-4 * m.deriv(&clock, &x, &(), &(), &u, &(), &y).deflection;
@@ -226,9 +271,9 @@ mod tests {
                 let heat = 2.0 * y.current * y.current;
                 let gear = (drive - y.shaft_torque) * rate;
                 assert!(gear >= 0.0 && lost >= heat - 1e-9, "{volts} {rate}: {lost} {heat} {gear}");
-                if y.current.abs() < 10.0 {
-                    assert!((lost - heat - gear).abs() < 1e-9, "{volts} {rate}");
-                }
+                // Also at the limit of the current, where the bridge lowers the voltage.
+                assert!((lost - heat - gear).abs() < 1e-9, "{volts} {rate}");
+                assert!((y.supply.current * 1000.0 - y.power).abs() < 1e-9 && y.heat == heat);
             }
         }
     }
@@ -258,7 +303,12 @@ mod tests {
             let m = DcMotor { p };
             let x = MotorState { current: 10.0 * random(), deflection: 8e-3 * random() };
             let shaft = HingeState { angle: 0.0, rate: 8.0 * random().powi(3) };
-            let u = DcMotorIn { volts: 40.0 * random(), brake: random() > 0.0, shaft };
+            let u = DcMotorIn {
+                supply: Voltage { voltage: (40.0 * random()).max(0.0) },
+                volts: 40.0 * random(),
+                brake: random() > 0.0,
+                shaft,
+            };
             let y = m.direct(&clock, &x, &(), &u, &());
             let d = m.deriv(&clock, &x, &(), &(), &u, &(), &y);
             let stored = inductance * x.current * d.current + 1e4 * x.deflection * d.deflection;
@@ -267,13 +317,53 @@ mod tests {
         }
     }
 
+    /// At standstill 10 A through 2 ohm take 200 W for every command. A wheel of 1 ohm at its limit of 5 A takes 25 W at a command of 24 V; it took 120 W.
+    #[test]
+    fn at_the_limit_of_the_current_only_the_winding_takes_power() {
+        let y = at(1000.0, 0.0);
+        assert_eq!((y.current, y.power, y.heat), (10.0, 200.0, 200.0));
+        let p = DcMotorParams { resistance: 1.0, current_max: 5.0, ..motor().p };
+        let shaft = HingeState { angle: 0.0, rate: 0.0 };
+        let u = DcMotorIn { supply: Voltage { voltage: 28.0 }, volts: 24.0, brake: false, shaft };
+        let y = DcMotor { p }.direct(&Clock::at(0.0, 1e-3, 0), &MotorState::zero(), &(), &u, &());
+        assert_eq!((y.current, y.power), (5.0, 25.0));
+        assert!((y.supply.current - 25.0 / 28.0).abs() < 1e-15);
+    }
+
+    /// A weaker supply gives less torque and speed; none gives none, and brakes.
+    #[test]
+    fn it_gives_no_more_than_its_supply() {
+        let with = |voltage: f64, volts: f64, rate: f64| {
+            let u = DcMotorIn {
+                supply: Voltage { voltage },
+                volts,
+                brake: false,
+                shaft: HingeState { angle: 0.0, rate },
+            };
+            motor().direct(&Clock::at(0.0, 1e-3, 0), &MotorState::zero(), &(), &u, &())
+        };
+        assert_eq!(with(6.0, 12.0, 0.0).current, 3.0);
+        assert_eq!(with(6.0, -12.0, 0.0).current, -3.0);
+        // At this speed the induced voltage equals the voltage of the supply, and no current flows.
+        assert!(with(6.0, 12.0, 1.2).current.abs() < 1e-15);
+        let none = with(0.0, 12.0, 0.0);
+        assert_eq!((none.current, none.power, none.supply.current), (0.0, 0.0, 0.0));
+        let driven = with(0.0, 12.0, 1.0);
+        assert_eq!((driven.current, driven.power, driven.heat), (-2.5, 0.0, 12.5));
+    }
+
     #[test]
     fn brake_holds_below_its_torque() {
         let m = motor();
         let (mut angle, mut rate, mut x) = (0.0, 0.0, MotorState::zero());
         let (mut early, dt) = (0.0, 1e-3);
         for k in 0..20_000 {
-            let u = DcMotorIn { volts: 0.0, brake: true, shaft: HingeState { angle, rate } };
+            let u = DcMotorIn {
+                supply: SUPPLY,
+                volts: 0.0,
+                brake: true,
+                shaft: HingeState { angle, rate },
+            };
             let y = m.direct(&Clock::at(0.0, dt, 0), &x, &(), &u, &());
             let d = m.deriv(&Clock::at(0.0, dt, 0), &x, &(), &(), &u, &(), &y);
             x.deflection += dt * d.deflection;
@@ -290,7 +380,12 @@ mod tests {
     fn winding_follows_its_time_constant() {
         let m = DcMotor { p: DcMotorParams { inductance: 0.02, ..motor().p } };
         let mut x = MotorState::zero();
-        let u = DcMotorIn { volts: 4.0, brake: false, shaft: HingeState { angle: 0.0, rate: 0.0 } };
+        let u = DcMotorIn {
+            supply: SUPPLY,
+            volts: 4.0,
+            brake: false,
+            shaft: HingeState { angle: 0.0, rate: 0.0 },
+        };
         for _ in 0..1000 {
             let y = m.direct(&Clock::at(0.0, 1e-5, 0), &x, &(), &u, &());
             let d = m.deriv(&Clock::at(0.0, 1e-5, 0), &x, &(), &(), &u, &(), &y);

@@ -4,9 +4,10 @@
 //! rate     β̇ = (w − β)/T                                     w: the commanded rate, zero while the brake is on
 //! angle    β̇ = (w − β)/T,   w = (δ_c − δ)/(4T) within ±rate_max        critically damped: (1 + t/2T) e^(−t/2T)
 //! |β̇| ≤ acceleration_max
+//! without a supply (V = 0) both stand: w = 0
 //! power    P = P_idle + τ β/η  where the drive works,  P_idle + η τ β  where it is driven
 //! ```
-//! No torque moves them: what the axle carries (τ) only counts for the power. A step longer than T is followed as if T were the step.
+//! No torque moves them: the load of the axle (τ) only counts for the power. An angle follower is not told a torque and draws no power. A step longer than T is followed as if T were the step.
 
 use linkwork_runtime::prelude::*;
 
@@ -33,6 +34,9 @@ pub struct RateFollowerParams {
 /// Command, and what the axle carries.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RateFollowerIn {
+    /// Supply of the drive.
+    #[port(connector)]
+    pub supply: Voltage,
     /// The hinge.
     #[port(bind = "shaft")]
     pub shaft: HingeState,
@@ -62,6 +66,9 @@ pub struct RateFollowerOut {
     /// The command is beyond `rate_max`.
     #[port("1")]
     pub limited: bool,
+    /// Supply of the drive.
+    #[port(connector)]
+    pub supply: Current,
 }
 
 /// A hinge that follows a rate.
@@ -81,14 +88,18 @@ impl Model for RateFollower {
     type Yd = RateFollowerOut;
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &RateFollowerIn) -> RateFollowerOut {
         let p = &self.p;
-        let wanted = if u.brake { 0.0 } else { u.target.clamp(-p.rate_max, p.rate_max) };
+        let stands = u.brake || u.supply.voltage <= 0.0;
+        let wanted = if stands { 0.0 } else { u.target.clamp(-p.rate_max, p.rate_max) };
         let work = u.torque * u.shaft.rate;
         let drawn = if work > 0.0 { work / p.efficiency } else { work * p.efficiency };
+        let power =
+            if u.supply.voltage > 0.0 { drawn + if u.brake { 0.0 } else { p.idle } } else { 0.0 };
         RateFollowerOut {
             motion: towards(c, wanted, u.shaft.rate, p.time_constant, p.acceleration_max),
             shaft_torque: u.torque,
-            power: if u.brake { 0.0 } else { p.idle } + drawn,
+            power,
             limited: !u.brake && u.target.abs() > p.rate_max,
+            supply: u.supply.current_of(power),
         }
     }
 }
@@ -110,6 +121,9 @@ pub struct AngleFollowerParams {
 /// Command.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct AngleFollowerIn {
+    /// Supply of the drive.
+    #[port(connector)]
+    pub supply: Voltage,
     /// The hinge.
     #[port(bind = "shaft")]
     pub shaft: HingeState,
@@ -127,6 +141,9 @@ pub struct AngleFollowerOut {
     /// How far the hinge is from its command.
     #[port("rad")]
     pub error: f64,
+    /// Supply of the drive: no current, because its torque is not known.
+    #[port(connector)]
+    pub supply: Current,
 }
 
 /// A hinge that follows an angle.
@@ -143,9 +160,10 @@ impl Model for AngleFollower {
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &AngleFollowerIn) -> AngleFollowerOut {
         let p = &self.p;
         let (error, constant) = (u.angle - u.shaft.angle, p.time_constant.max(c.dt));
-        let wanted = (error / (4.0 * constant)).clamp(-p.rate_max, p.rate_max);
+        let rate_max = if u.supply.voltage > 0.0 { p.rate_max } else { 0.0 };
+        let wanted = (error / (4.0 * constant)).clamp(-rate_max, rate_max);
         let motion = towards(c, wanted, u.shaft.rate, p.time_constant, p.acceleration_max);
-        AngleFollowerOut { motion, error }
+        AngleFollowerOut { motion, error, supply: Current { current: 0.0 } }
     }
 }
 
@@ -164,8 +182,11 @@ mod tests {
         RateFollower { p }
     }
 
+    const SUPPLY: Voltage = Voltage { voltage: 28.0 };
+
     fn told(target: f64, brake: bool, rate: f64, torque: f64) -> RateFollowerIn {
-        RateFollowerIn { shaft: HingeState { angle: 0.7, rate }, target, brake, torque }
+        let shaft = HingeState { angle: 0.7, rate };
+        RateFollowerIn { supply: SUPPLY, shaft, target, brake, torque }
     }
 
     #[test]
@@ -195,6 +216,15 @@ mod tests {
         assert_eq!(drives.power, 3.0 + 16.0);
         let driven = model.direct(&c, &(), &(), &told(1.0, false, 1.0, -8.0), &());
         assert_eq!(driven.power, 3.0 - 4.0);
+        assert!((driven.supply.current * 28.0 + 1.0).abs() < 1e-15);
+        // Without a supply both stand for every command.
+        let supply = Voltage { voltage: 0.0 };
+        let u = RateFollowerIn { supply, ..told(1.0, false, 0.2, 8.0) };
+        let dark = model.direct(&c, &(), &(), &u, &());
+        assert_eq!((dark.motion.0, dark.power, dark.supply.current), (-2.0, 0.0, 0.0));
+        let p = AngleFollowerParams { time_constant: 0.05, rate_max: 0.5, acceleration_max: 50.0 };
+        let u = AngleFollowerIn { supply, shaft: HingeState { angle: 0.0, rate: 0.1 }, angle: 0.6 };
+        assert_eq!(AngleFollower { p }.direct(&c, &(), &(), &u, &()).motion.0, -2.0);
     }
 
     #[test]
@@ -205,8 +235,10 @@ mod tests {
         for k in 0..3000 {
             let c = Clock::at(dt * f64::from(k), dt, 0);
             let shaft = HingeState { angle: q, rate: v };
-            let a =
-                model.direct(&c, &(), &(), &AngleFollowerIn { shaft, angle: 0.6 }, &()).motion.0;
+            let a = model
+                .direct(&c, &(), &(), &AngleFollowerIn { supply: SUPPLY, shaft, angle: 0.6 }, &())
+                .motion
+                .0;
             q += dt * (v + 0.5 * dt * a);
             v += dt * a;
             fastest = fastest.max(v.abs());
@@ -218,8 +250,10 @@ mod tests {
         for k in 0..2000 {
             let c = Clock::at(1e-4 * f64::from(k), 1e-4, 0);
             let shaft = HingeState { angle: q, rate: v };
-            let a =
-                model.direct(&c, &(), &(), &AngleFollowerIn { shaft, angle: 0.01 }, &()).motion.0;
+            let a = model
+                .direct(&c, &(), &(), &AngleFollowerIn { supply: SUPPLY, shaft, angle: 0.01 }, &())
+                .motion
+                .0;
             q += 1e-4 * (v + 0.5e-4 * a);
             v += 1e-4 * a;
         }

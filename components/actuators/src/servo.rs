@@ -3,8 +3,9 @@
 //! torque     τ = sat(τ*)
 //! rate       τ = sat(k_r (ω* − ω))
 //! position   τ = sat(k (q* − q) − d q̇)
+//! P = τ q̇,   i = P/V of the supply;   without a supply (V = 0) τ = 0: the joint is free
 //! ```
-//! For assemblies that do not care about motors. k_r times the step must stay below the hinge's inertia.
+//! For assemblies that do not simulate motors: they lose no power, and feed back what drives them. k_r times the step must stay below the hinge's inertia.
 
 use linkwork_runtime::prelude::*;
 
@@ -19,6 +20,9 @@ pub struct TorqueDriveParams {
 /// Command and hinge.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct TorqueDriveIn {
+    /// Supply of the drive.
+    #[port(connector)]
+    pub supply: Voltage,
     /// Wanted torque.
     #[port("N m", default = 0.0)]
     pub torque: f64,
@@ -33,9 +37,12 @@ pub struct TorqueDriveOut {
     /// Torque on the hinge.
     #[port(bind = "shaft")]
     pub load: HingeTorque,
-    /// Mechanical power given.
+    /// Power taken from the supply and given to the hinge; negative: fed back.
     #[port("W")]
     pub power: f64,
+    /// Supply of the drive.
+    #[port(connector)]
+    pub supply: Current,
 }
 
 /// A torque drive.
@@ -50,8 +57,10 @@ impl Model for TorqueDrive {
     type Ud = TorqueDriveIn;
     type Yd = TorqueDriveOut;
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &TorqueDriveIn) -> TorqueDriveOut {
-        let torque = u.torque.clamp(-self.p.torque_max, self.p.torque_max);
-        TorqueDriveOut { load: HingeTorque(torque), power: torque * u.shaft.rate }
+        let limit = limit(self.p.torque_max, &u.supply);
+        let torque = u.torque.clamp(-limit, limit);
+        let power = torque * u.shaft.rate;
+        TorqueDriveOut { load: HingeTorque(torque), power, supply: u.supply.current_of(power) }
     }
 }
 
@@ -69,6 +78,9 @@ pub struct RateServoParams {
 /// Command and hinge.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RateServoIn {
+    /// Supply of the servo.
+    #[port(connector)]
+    pub supply: Voltage,
     /// Wanted rate.
     #[port("rad/s", default = 0.0)]
     pub rate: f64,
@@ -83,9 +95,24 @@ pub struct ServoOut {
     /// Torque on the hinge.
     #[port(bind = "shaft")]
     pub torque: HingeTorque,
-    /// Mechanical power given.
+    /// Power taken from the supply and given to the hinge; negative: fed back.
     #[port("W")]
     pub power: f64,
+    /// Supply of the servo.
+    #[port(connector)]
+    pub supply: Current,
+}
+
+/// Greatest torque, N m: none without a supply.
+fn limit(torque_max: f64, supply: &Voltage) -> f64 {
+    if supply.voltage > 0.0 { torque_max } else { 0.0 }
+}
+
+fn servo(wanted: f64, torque_max: f64, supply: &Voltage, rate: f64) -> ServoOut {
+    let limit = limit(torque_max, supply);
+    let torque = wanted.clamp(-limit, limit);
+    let power = torque * rate;
+    ServoOut { torque: HingeTorque(torque), power, supply: supply.current_of(power) }
 }
 
 /// A rate servo.
@@ -100,9 +127,7 @@ impl Model for RateServo {
     type Ud = RateServoIn;
     type Yd = ServoOut;
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &RateServoIn) -> ServoOut {
-        let limit = self.p.torque_max;
-        let torque = (self.p.gain * (u.rate - u.shaft.rate)).clamp(-limit, limit);
-        ServoOut { torque: HingeTorque(torque), power: torque * u.shaft.rate }
+        servo(self.p.gain * (u.rate - u.shaft.rate), self.p.torque_max, &u.supply, u.shaft.rate)
     }
 }
 
@@ -123,6 +148,9 @@ pub struct PositionServoParams {
 /// Command and hinge.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct PositionServoIn {
+    /// Supply of the servo.
+    #[port(connector)]
+    pub supply: Voltage,
     /// Wanted angle.
     #[port("rad", default = 0.0)]
     pub angle: f64,
@@ -145,8 +173,7 @@ impl Model for PositionServo {
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &PositionServoIn) -> ServoOut {
         let p = &self.p;
         let wanted = p.stiffness * (u.angle - u.shaft.angle) - p.damping * u.shaft.rate;
-        let torque = wanted.clamp(-p.torque_max, p.torque_max);
-        ServoOut { torque: HingeTorque(torque), power: torque * u.shaft.rate }
+        servo(wanted, p.torque_max, &u.supply, u.shaft.rate)
     }
 }
 
@@ -159,15 +186,26 @@ mod tests {
         let c = Clock::at(0.0, 1e-3, 0);
         let shaft = HingeState { angle: 0.2, rate: 1.0 };
         let s = RateServo { p: RateServoParams { gain: 5.0, torque_max: 8.0 } };
-        let torque = |rate| s.direct(&c, &(), &(), &RateServoIn { rate, shaft }, &()).torque.0;
+        let supply = Voltage { voltage: 28.0 };
+        let torque =
+            |rate| s.direct(&c, &(), &(), &RateServoIn { supply, rate, shaft }, &()).torque.0;
         assert_eq!((torque(2.0), torque(9.0), torque(-9.0)), (5.0, 8.0, -8.0));
         let drive = TorqueDrive { p: TorqueDriveParams { torque_max: 4.0 } };
-        let load = |torque| drive.direct(&c, &(), &(), &TorqueDriveIn { torque, shaft }, &());
+        let load =
+            |torque| drive.direct(&c, &(), &(), &TorqueDriveIn { supply, torque, shaft }, &());
         assert_eq!((load(3.0).load.0, load(-7.0).load.0, load(3.0).power), (3.0, -4.0, 3.0));
         let p = PositionServoParams { stiffness: 10.0, damping: 1.0, torque_max: 3.5 };
         let s = PositionServo { p };
         let torque =
-            |angle| s.direct(&c, &(), &(), &PositionServoIn { angle, shaft }, &()).torque.0;
+            |angle| s.direct(&c, &(), &(), &PositionServoIn { supply, angle, shaft }, &()).torque.0;
         assert!((torque(0.5) - 2.0).abs() < 1e-12 && torque(5.0) == 3.5);
+        // A driven hinge feeds power back. Without a supply torque and current are zero.
+        assert_eq!(load(-2.8).supply.current, -2.8 / 28.0);
+        let supply = Voltage { voltage: 0.0 };
+        let u = TorqueDriveIn { supply, torque: 3.0, shaft };
+        let y = drive.direct(&c, &(), &(), &u, &());
+        assert_eq!((y.load.0, y.power, y.supply.current), (0.0, 0.0, 0.0));
+        let y = s.direct(&c, &(), &(), &PositionServoIn { supply, angle: 5.0, shaft }, &());
+        assert_eq!((y.torque.0, y.supply.current), (0.0, 0.0));
     }
 }

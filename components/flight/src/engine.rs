@@ -54,9 +54,9 @@ pub struct EngineIn {
     /// Throttle: 0 off, 1 full; what is outside is cut off.
     #[port("1")]
     pub throttle: f64,
-    /// There is propellant.
-    #[port(default = true)]
-    pub supply: bool,
+    /// Where the propellant comes from.
+    #[port(connector)]
+    pub propellant: Propellant,
     /// Ambient pressure.
     #[port("Pa", default = 0.0)]
     pub pressure: f64,
@@ -75,8 +75,8 @@ pub struct EngineOut {
     #[port(bind = "nozzle")]
     pub load: Wrench,
     /// Propellant that it takes.
-    #[port("kg/s")]
-    pub flow: f64,
+    #[port(connector)]
+    pub propellant: MassFlow,
     /// Thrust.
     #[port("N")]
     pub thrust: f64,
@@ -143,8 +143,12 @@ impl Model for Engine {
         let off = p.throttle_min == 0.0 && throttle <= 0.0;
         // Within a step it burns on, at its least.
         let throttle = throttle.max(p.throttle_min);
-        if !u.supply || off || (p.throttle_min > 0.0 && !d.burns) {
-            return EngineOut { load: Wrench::zero(), flow: 0.0, thrust: 0.0 };
+        if !u.propellant.available || off || (p.throttle_min > 0.0 && !d.burns) {
+            return EngineOut {
+                load: Wrench::zero(),
+                propellant: MassFlow { flow: 0.0 },
+                thrust: 0.0,
+            };
         }
         let thrust = nozzle_thrust(throttle * p.thrust, u.pressure, p.exit_area);
         let flow = throttle * p.thrust / (p.specific_impulse * G0);
@@ -155,7 +159,7 @@ impl Model for Engine {
         let along = Vec3::new(y.sin(), -x.sin() * y.cos(), x.cos() * y.cos());
         let force = u.nozzle.rotation * along * thrust + coriolis;
         let moment = (path * -0.5).cross(&coriolis);
-        EngineOut { load: Wrench { moment, force }, flow, thrust }
+        EngineOut { load: Wrench { moment, force }, propellant: MassFlow { flow }, thrust }
     }
 }
 
@@ -177,11 +181,17 @@ mod tests {
         let m = Engine { p };
         let at = |throttle: f64| {
             let (nozzle, pressure) = (NodeState::identity(), 101_325.0);
-            let u =
-                EngineIn { nozzle, throttle, supply: true, pressure, gimbal_x: 0.0, gimbal_y: 0.0 };
+            let u = EngineIn {
+                nozzle,
+                throttle,
+                propellant: Propellant { available: true },
+                pressure,
+                gimbal_x: 0.0,
+                gimbal_y: 0.0,
+            };
             m.direct(&Clock::at(0.0, 0.1, 0), &(), &Burning { burns: throttle > 0.0 }, &u, &())
         };
-        assert!(at(0.05).thrust == 0.0 && at(0.05).flow > 0.0 && at(0.0).thrust == 0.0);
+        assert!(at(0.05).thrust == 0.0 && at(0.05).propellant.flow > 0.0 && at(0.0).thrust == 0.0);
         assert!((at(0.5).thrust - (5e4 - 10_132.5)).abs() < 1e-9);
     }
 
@@ -199,7 +209,14 @@ mod tests {
 
     fn at(throttle: f64, supply: bool, pressure: f64, angular: Vec3) -> EngineOut {
         let nozzle = NodeState { angular, ..NodeState::identity() };
-        let u = EngineIn { nozzle, throttle, supply, pressure, gimbal_x: 0.0, gimbal_y: 0.0 };
+        let u = EngineIn {
+            nozzle,
+            throttle,
+            propellant: Propellant { available: supply },
+            pressure,
+            gimbal_x: 0.0,
+            gimbal_y: 0.0,
+        };
         {
             let (m, c) = (engine(), Clock::at(0.0, 0.01, 0));
             let d = m.mode(&c, &(), &Burning { burns: false }, &u, &());
@@ -211,11 +228,14 @@ mod tests {
     fn thrust_and_flow_follow_throttle_supply_and_pressure() {
         let full = at(2.0, true, 0.0, Vec3::zeros());
         assert_eq!((full.thrust, full.load.force), (1000.0, Vec3::new(0.0, 0.0, 1000.0)));
-        assert!((full.flow * 300.0 * 9.80665 - 1000.0).abs() < 1e-12);
+        assert!((full.propellant.flow * 300.0 * 9.80665 - 1000.0).abs() < 1e-12);
         let air = at(0.5, true, 1e4, Vec3::zeros());
-        assert!((air.thrust - 400.0).abs() < 1e-12 && (air.flow - 0.5 * full.flow).abs() < 1e-15);
+        assert!(
+            (air.thrust - 400.0).abs() < 1e-12
+                && (air.propellant.flow - 0.5 * full.propellant.flow).abs() < 1e-15
+        );
         for off in [at(0.3, true, 0.0, Vec3::x()), at(1.0, false, 1e5, Vec3::x())] {
-            assert_eq!((off.flow, off.thrust, off.load), (0.0, 0.0, Wrench::zero()));
+            assert_eq!((off.propellant.flow, off.thrust, off.load), (0.0, 0.0, Wrench::zero()));
         }
     }
 
@@ -224,8 +244,14 @@ mod tests {
         let rotation = Quat::from_scaled_axis(Vec3::new(0.3, 0.9, -0.4));
         let nozzle = NodeState { rotation, ..NodeState::identity() };
         let force = |gimbal_x: f64, gimbal_y: f64| {
-            let u =
-                EngineIn { nozzle, throttle: 1.0, supply: true, pressure: 0.0, gimbal_x, gimbal_y };
+            let u = EngineIn {
+                nozzle,
+                throttle: 1.0,
+                propellant: Propellant { available: true },
+                pressure: 0.0,
+                gimbal_x,
+                gimbal_y,
+            };
             {
                 let (m, c) = (engine(), Clock::at(0.0, 0.01, 0));
                 let d = m.mode(&c, &(), &Burning { burns: false }, &u, &());
@@ -249,7 +275,7 @@ mod tests {
         let y = at(1.0, true, 0.0, omega);
         let coriolis = y.load.force - Vec3::new(0.0, 0.0, 1000.0);
         let about_com = y.load.moment + Vec3::new(0.0, 0.0, -3.0).cross(&coriolis);
-        let want = omega * (y.flow * (1.0 - 9.0));
+        let want = omega * (y.propellant.flow * (1.0 - 9.0));
         assert!((about_com - want).norm() < 1e-14, "{about_com} {want}");
     }
 }

@@ -84,6 +84,8 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<program::BodyLoad>(),
         Entry::model::<program::Sequence>(),
         Entry::model::<propulsion::blow_down::BlowDown>(),
+        Entry::model::<propulsion::feed::Drain>(),
+        Entry::model::<propulsion::feed::IdealFeed>(),
         Entry::model::<propulsion::feed_line::FeedLine>(),
         Entry::model::<propulsion::held_thruster::HeldThruster>(),
         Entry::model::<propulsion::plume::Plume>(),

@@ -1,6 +1,6 @@
 //! `flight.propellant_tank`: propellant that is part of a body's mass while it lasts.
 //! ```text
-//! ṁ = −Σ flow        h = m/(ρ π r²)        from the node: com (0, 0, h/2)
+//! ṁ = −Σ ṁ_out      h = m/(ρ π r²)        from the node: com (0, 0, h/2)
 //! I about the com: x, y: m (3 r² + h²)/12, z: m r²/2
 //! ```
 //! The propellant stands settled on the bottom of an upright cylinder: node z points from the bottom to
@@ -45,9 +45,9 @@ pub struct TankParams {
 /// What is drawn.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Drawn {
-    /// Mass flow out of the tank, of all that draw from it.
-    #[port("kg/s", sum, default = 0.0)]
-    pub flow: f64,
+    /// Outlet: what engines, lines and drains draw.
+    #[port(connector)]
+    pub outlet: MassFlows,
 }
 
 /// Mass, and what is left.
@@ -62,9 +62,9 @@ pub struct TankOut {
     /// Height of the surface over the bottom.
     #[port("m")]
     pub level: f64,
-    /// There is propellant.
-    #[port]
-    pub supplies: bool,
+    /// Outlet, to which engines, lines and drains are connected.
+    #[port(connector)]
+    pub outlet: Propellant,
     /// Mass that is left to `flight.slosh`.
     #[port("kg")]
     pub swinging: f64,
@@ -154,14 +154,14 @@ impl Model for PropellantTank {
             added: AddedMass::of(rest, &Vec3::new(0.0, 0.0, centre), &central),
             propellant: m,
             level,
-            supplies: !d.dry,
+            outlet: Propellant { available: !d.dry },
             swinging,
             swing_height,
             swing_stiffness: mode.per_acceleration(),
         }
     }
     fn deriv(&self, _: &Clock, _: &Content, d: &Dry, u: &Drawn) -> Content {
-        Content { mass: if d.dry { 0.0 } else { -u.flow } }
+        Content { mass: if d.dry { 0.0 } else { -u.outlet.flow } }
     }
     fn guards(&self, _: &Clock, x: &Content) -> Bottom {
         Bottom { left: x.mass }
@@ -217,7 +217,7 @@ mod tests {
         let x = tank.init_x();
         let y = tank.moore(&Clock::at(0.0, 0.01, 0), &x, &Dry { dry: false }, &());
         let h = 1000.0 / (800.0 * std::f64::consts::PI * 0.25);
-        assert!((y.level - h).abs() < 1e-15 && y.supplies);
+        assert!((y.level - h).abs() < 1e-15 && y.outlet.available);
         assert!((y.added.first_moment - Vec3::new(0.0, 0.0, 500.0 * h)).norm() < 1e-12);
         // About its end: m (r²/4 + h²/3).
         let want = 1000.0 * (0.25 / 4.0 + h * h / 3.0);
@@ -234,14 +234,15 @@ mod tests {
             Fired::falling(0),
             &Content { mass: -1e-15 },
             &Dry { dry: false },
-            &Drawn { flow: 0.0 },
+            &Drawn { outlet: MassFlows { flow: 0.0 } },
             &(),
             &mut (),
         );
         assert_eq!((x.mass, d.dry), (0.0, true));
-        let rate = tank.deriv(&c, &x, &d, &Drawn { flow: 3.0 }, &(), &(), &());
+        let rate =
+            tank.deriv(&c, &x, &d, &Drawn { outlet: MassFlows { flow: 3.0 } }, &(), &(), &());
         assert_eq!(rate.mass, 0.0);
         let y = tank.moore(&c, &x, &d, &());
-        assert!(!y.supplies && y.added == AddedMass::zero());
+        assert!(!y.outlet.available && y.added == AddedMass::zero());
     }
 }

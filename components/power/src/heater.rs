@@ -1,7 +1,7 @@
 //! `power.heater`: an electrical heater with a thermostat.
 //! ```text
 //! on where T ≤ `on_below`, off where T ≥ `on_below` + `band`, between them as it was
-//! P = power while it is on, enabled and supplied, else 0
+//! P = power while it is on, enabled and supplied (V ≥ `volts_min`), else 0;   i = P/V
 //! ```
 //! Switching is an event, located on the dense output of the integrator. A run that starts outside the two thresholds
 //! needs no event: too cold it heats, too warm it does not. The thermostat goes on to switch while the heater is disabled
@@ -21,6 +21,9 @@ pub struct HeaterParams {
     /// It switches off where the temperature has risen by this above `on_below`.
     #[param(unit = "K", default = 5.0, range = 1e-3..)]
     pub band: f64,
+    /// Voltage of the supply below which it does not heat. Above, a converter keeps its power.
+    #[param(unit = "V", default = 1.0, range = 1e-3..)]
+    pub volts_min: f64,
     /// On at the start, when the temperature is between the two.
     #[param(default = false)]
     pub start: bool,
@@ -29,26 +32,29 @@ pub struct HeaterParams {
 /// Temperature and switches.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct HeaterIn {
-    /// Temperature of the thermostat.
-    #[port("K")]
-    pub temperature: f64,
+    /// The thermal node that it heats and whose temperature its thermostat reads.
+    #[port(connector)]
+    pub node: Temperature,
     /// It may heat: a command.
     #[port("1", default = true)]
     pub enable: bool,
-    /// The bus supplies it: `supplies` of a battery.
-    #[port("1", default = true)]
-    pub supplied: bool,
+    /// Supply.
+    #[port(connector)]
+    pub supply: Voltage,
 }
 
 /// Heat and load.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct HeaterOut {
-    /// Heat given: for a node's `heat`.
-    #[port("W")]
-    pub heat: f64,
-    /// Electrical power taken, the same number: for the `power` of a battery.
+    /// Heat that it gives to the node.
+    #[port(connector)]
+    pub node: HeatFlow,
+    /// Electrical power taken, the same number.
     #[port("W")]
     pub power: f64,
+    /// Supply.
+    #[port(connector)]
+    pub supply: Current,
     /// It heats.
     #[port("1")]
     pub on: bool,
@@ -97,19 +103,19 @@ impl Model for Heater {
     }
     fn direct(&self, _: &Clock, _: &(), d: &Thermostat, u: &HeaterIn) -> HeaterOut {
         let p = &self.p;
-        let closed = if d.crossed || (0.0..=p.band).contains(&(u.temperature - p.on_below)) {
+        let closed = if d.crossed || (0.0..=p.band).contains(&(u.node.temperature - p.on_below)) {
             d.closed
         } else {
-            u.temperature < p.on_below
+            u.node.temperature < p.on_below
         };
-        let on = closed && u.enable && u.supplied;
+        let on = closed && u.enable && u.supply.voltage >= p.volts_min;
         let power = if on { p.power } else { 0.0 };
-        HeaterOut { heat: power, power, on }
+        HeaterOut { node: HeatFlow { heat: power }, power, supply: u.supply.current_of(power), on }
     }
     fn guards(&self, _: &Clock, _: &(), _: &Thermostat, _: &(), u: &HeaterIn) -> ThermostatGuards {
         ThermostatGuards {
-            above_on: u.temperature - self.p.on_below,
-            above_off: u.temperature - self.p.on_below - self.p.band,
+            above_on: u.node.temperature - self.p.on_below,
+            above_off: u.node.temperature - self.p.on_below - self.p.band,
         }
     }
     /// At the lower threshold and below it the contact is closed, at the upper one and above it is open.
@@ -124,19 +130,24 @@ impl Model for Heater {
 mod tests {
     use super::*;
 
+    const SUPPLY: Voltage = Voltage { voltage: 24.0 };
+
     fn heater(start: bool) -> Heater {
-        Heater { p: HeaterParams { power: 12.0, on_below: 253.0, band: 5.0, start } }
+        Heater {
+            p: HeaterParams { power: 12.0, on_below: 253.0, band: 5.0, volts_min: 20.0, start },
+        }
     }
 
     fn on(h: &Heater, d: &Thermostat, temperature: f64) -> bool {
-        let u = HeaterIn { temperature, enable: true, supplied: true };
+        let u = HeaterIn { node: Temperature { temperature }, enable: true, supply: SUPPLY };
         let y = h.direct(&Clock::at(0.0, 1.0, 0), &(), d, &u, &());
-        assert_eq!((y.heat, y.power), (if y.on { 12.0 } else { 0.0 }, y.heat));
+        assert_eq!((y.node.heat, y.power), (if y.on { 12.0 } else { 0.0 }, y.node.heat));
+        assert_eq!(y.supply.current * 24.0, y.power);
         y.on
     }
 
     fn fire(h: &Heater, d: &Thermostat, which: usize) -> Thermostat {
-        let u = HeaterIn { temperature: 0.0, enable: true, supplied: true };
+        let u = HeaterIn { node: Temperature { temperature: 0.0 }, enable: true, supply: SUPPLY };
         let which = if which == 0 { Fired::falling(0) } else { Fired::rising(1) };
         h.fired(&Clock::at(0.0, 1.0, 0), which, &(), d, &(), &u, &mut ()).1
     }
@@ -162,7 +173,11 @@ mod tests {
     #[test]
     fn guards_stand_at_the_thresholds() {
         let h = heater(false);
-        let u = |temperature| HeaterIn { temperature, enable: true, supplied: true };
+        let u = |temperature| HeaterIn {
+            node: Temperature { temperature },
+            enable: true,
+            supply: SUPPLY,
+        };
         let g = h.guards(&Clock::at(0.0, 1.0, 0), &(), &h.init_d(), &(), &u(254.5), &());
         assert_eq!((g.above_on, g.above_off), (1.5, -3.5));
     }
@@ -170,10 +185,14 @@ mod tests {
     #[test]
     fn it_heats_only_enabled_and_supplied() {
         let h = heater(true);
-        for (enable, supplied) in [(true, false), (false, true)] {
-            let u = HeaterIn { temperature: 200.0, enable, supplied };
+        for (enable, voltage) in [(true, 19.0), (false, 24.0), (true, 0.0)] {
+            let u = HeaterIn {
+                node: Temperature { temperature: 200.0 },
+                enable,
+                supply: Voltage { voltage },
+            };
             let y = h.direct(&Clock::at(0.0, 1.0, 0), &(), &h.init_d(), &u, &());
-            assert!(!y.on && y.power == 0.0 && y.heat == 0.0);
+            assert!(!y.on && y.power == 0.0 && y.node.heat == 0.0 && y.supply.current == 0.0);
         }
     }
 }

@@ -8,12 +8,15 @@
 //! ```
 
 pub mod battery;
+pub mod converter;
 pub mod dust;
 pub mod heater;
 pub mod load;
 pub mod rtg;
 pub mod solar_panel;
 pub mod sunlit;
+pub mod supply;
+pub mod thermal_boundary;
 pub mod thermal_link;
 pub mod thermal_node;
 
@@ -23,12 +26,17 @@ use linkwork_runtime::prelude::Entry;
 pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<battery::Battery>(),
+        Entry::model::<converter::Converter>(),
         Entry::model::<dust::Dust>(),
         Entry::model::<heater::Heater>(),
         Entry::model::<load::Load>(),
         Entry::model::<rtg::Rtg>(),
         Entry::model::<solar_panel::SolarPanel>(),
         Entry::sized::<sunlit::Sunlit>(),
+        Entry::model::<supply::IdealSupply>(),
+        Entry::model::<supply::ProgrammableSupply>(),
+        Entry::model::<supply::Source>(),
+        Entry::model::<thermal_boundary::ThermalBoundary>(),
         Entry::model::<thermal_link::ThermalLink>(),
         Entry::model::<thermal_node::ThermalNode>(),
     ]

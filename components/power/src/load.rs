@@ -51,9 +51,9 @@ pub struct LoadParams {
 /// Commands and voltage.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LoadIn {
-    /// Voltage of the bus.
-    #[port("V")]
-    pub volts: f64,
+    /// Supply.
+    #[port(connector)]
+    pub supply: Voltage,
     /// It is to be on; goes before `standby`.
     #[port("1", default = false)]
     pub on: bool,
@@ -68,9 +68,9 @@ pub struct LoadIn {
 /// What it takes, and how it is.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct LoadOut {
-    /// Current taken: for the `load` of a battery.
-    #[port("A")]
-    pub current: f64,
+    /// Supply.
+    #[port(connector)]
+    pub supply: Current,
     /// Power taken.
     #[port("W")]
     pub power: f64,
@@ -125,7 +125,7 @@ impl Model for Load {
     type G = LoadGuards;
     fn direct(&self, _: &Clock, _: &(), d: &BrownOut, u: &LoadIn) -> LoadOut {
         let p = &self.p;
-        let browned_out = d.out || (!d.crossed && u.volts < p.volts_min);
+        let browned_out = d.out || (!d.crossed && u.supply.voltage < p.volts_min);
         let wanted = match (u.on, u.standby) {
             (true, _) => p.power_on * u.level.clamp(0.0, 1.0),
             (false, true) => p.power_standby,
@@ -134,13 +134,13 @@ impl Model for Load {
         let current = match p.law {
             _ if browned_out => 0.0,
             // At the event the voltage may be that of what has just been cut off.
-            Law::Power => wanted / u.volts.max(p.volts_min),
+            Law::Power => wanted / u.supply.voltage.max(p.volts_min),
             Law::Current => wanted / p.volts_rated,
-            Law::Resistance => wanted * u.volts / (p.volts_rated * p.volts_rated),
+            Law::Resistance => wanted * u.supply.voltage / (p.volts_rated * p.volts_rated),
         };
-        let power = current * u.volts;
+        let power = current * u.supply.voltage;
         LoadOut {
-            current,
+            supply: Current { current },
             power,
             heat: power * p.heat_share,
             running: u.on && !browned_out,
@@ -149,8 +149,8 @@ impl Model for Load {
     }
     fn guards(&self, _: &Clock, _: &(), _: &BrownOut, _: &(), u: &LoadIn) -> LoadGuards {
         LoadGuards {
-            above_min: u.volts - self.p.volts_min,
-            above_restart: u.volts - self.p.volts_min - self.p.margin,
+            above_min: u.supply.voltage - self.p.volts_min,
+            above_restart: u.supply.voltage - self.p.volts_min - self.p.margin,
         }
     }
     /// The load is browned out at `volts_min` and below it, and runs again at the restart voltage and above it.
@@ -185,7 +185,7 @@ mod tests {
     }
 
     fn on(volts: f64) -> LoadIn {
-        LoadIn { volts, on: true, standby: false, level: 1.0 }
+        LoadIn { supply: Voltage { voltage: volts }, on: true, standby: false, level: 1.0 }
     }
 
     #[test]
@@ -194,11 +194,14 @@ mod tests {
         {
             let l = load(law);
             let y = at(&l, &FINE, on(28.0));
-            assert!((y.power - 56.0).abs() < 1e-12 && (y.current - 2.0).abs() < 1e-12, "{y:?}");
+            assert!(
+                (y.power - 56.0).abs() < 1e-12 && (y.supply.current - 2.0).abs() < 1e-12,
+                "{y:?}"
+            );
             // At 24.5 V, 7/8 of the rated voltage.
             let y = at(&l, &FINE, on(24.5));
             assert!((y.power - 56.0 * share).abs() < 1e-12, "{law:?} {y:?}");
-            assert!((y.power - 24.5 * y.current).abs() < 1e-12 && y.heat == 0.75 * y.power);
+            assert!((y.power - 24.5 * y.supply.current).abs() < 1e-12 && y.heat == 0.75 * y.power);
         }
     }
 
@@ -206,7 +209,7 @@ mod tests {
     fn it_is_off_on_standby_on_or_at_a_level() {
         let l = load(Law::Power);
         let power = |on: bool, standby: bool, level: f64| {
-            let y = at(&l, &FINE, LoadIn { volts: 28.0, on, standby, level });
+            let y = at(&l, &FINE, LoadIn { supply: Voltage { voltage: 28.0 }, on, standby, level });
             assert_eq!(y.running, on);
             y.power
         };
@@ -226,7 +229,7 @@ mod tests {
         let out = fire(&FINE, 0);
         assert!(out.out && out.count == 1.0);
         let y = at(&l, &out, on(23.0));
-        assert!(y.browned_out && !y.running && y.current == 0.0 && y.heat == 0.0);
+        assert!(y.browned_out && !y.running && y.supply.current == 0.0 && y.heat == 0.0);
         // Falling again before it has started is no second one.
         assert_eq!(fire(&out, 0), out);
         let again = fire(&out, 1);

@@ -40,12 +40,25 @@ pub struct RtgOut {
     /// Electrical power.
     #[port("W")]
     pub power: f64,
-    /// The same as a load of the battery (negative).
-    #[port("W")]
-    pub load: f64,
     /// What is left as heat: for the `heat` of a thermal node.
     #[port("W")]
     pub heat: f64,
+}
+
+/// Voltage at which it feeds in.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct RtgIn {
+    /// Where it feeds in: a battery's `charger`, which takes all of its power.
+    #[port(connector)]
+    pub output: OpenVoltage,
+}
+
+/// Current fed in.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct RtgFeed {
+    /// Where it feeds in: a battery's `charger`, which takes all of its power.
+    #[port(connector)]
+    pub output: Current,
 }
 
 /// A radioisotope generator.
@@ -53,17 +66,29 @@ pub struct Rtg {
     p: RtgParams,
 }
 
+impl Rtg {
+    /// Thermal and electrical power, W.
+    fn powers(&self, c: &Clock) -> [f64; 2] {
+        let p = &self.p;
+        let age = p.age + c.t;
+        let thermal = p.thermal_power * (-age / p.half_life).exp2();
+        [thermal, p.efficiency * (-p.wear * age).exp() * thermal]
+    }
+}
+
 /// Radioisotope generator: fuel that decays with its half-life, thermocouples that wear, waste heat.
 #[model("power.rtg")]
 impl Model for Rtg {
     type Params = RtgParams;
+    type Ud = RtgIn;
     type Ym = RtgOut;
+    type Yd = RtgFeed;
     fn moore(&self, c: &Clock, _: &(), _: &()) -> RtgOut {
-        let p = &self.p;
-        let age = p.age + c.t;
-        let thermal = p.thermal_power * (-age / p.half_life).exp2();
-        let power = p.efficiency * (-p.wear * age).exp() * thermal;
-        RtgOut { thermal, power, load: -power, heat: thermal - power }
+        let [thermal, power] = self.powers(c);
+        RtgOut { thermal, power, heat: thermal - power }
+    }
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &RtgIn) -> RtgFeed {
+        RtgFeed { output: u.output.current_of(-self.powers(c)[1]) }
     }
 }
 
@@ -103,7 +128,10 @@ mod tests {
         let p = RtgParams { wear: 0.035 / YEAR, age: 2.0 * YEAR, ..params() };
         for t in [0.0, 0.3 * YEAR, 20.0 * YEAR] {
             let y = at(&p, t);
-            assert_eq!((y.heat, y.load), (y.thermal - y.power, -y.power));
+            assert_eq!(y.heat, y.thermal - y.power);
+            let u = RtgIn { output: OpenVoltage { voltage: 28.0 } };
+            let feed = Rtg { p: p.clone() }.direct(&Clock::at(t, 1.0, 0), &(), &(), &u, &());
+            assert!((feed.output.current * 28.0 + y.power).abs() < 1e-12);
             let worn = 0.055 * f64::exp(-0.035 * (2.0 + t / YEAR));
             assert!((y.power / y.thermal / worn - 1.0).abs() < 1e-12, "{y:?}");
         }

@@ -2,12 +2,12 @@
 //! ```text
 //! E        power of sunlight at the place, ν the visible part of the Sun's disc (see [`Sun::light`])
 //! beam     ν E e^(−τ/cos Z) max(0, cos i)                          Z: zenith angle, i: incidence
-//! diffuse  E cos Z (T(τ, Z) − e^(−τ/cos Z)) (1 + n · up)/2         sky seen by the tilted panel
+//! diffuse  ν E cos Z (T(τ, Z) − e^(−τ/cos Z)) (1 + n · up)/2         sky seen by the tilted panel
 //! P = η A f_dust (s beam + diffuse)                                s: share of the panel that sees the sun
 //! ```
 //! T is the share of the light that reaches the ground in all. `T = 1/(1 + 0.16 τ/cos Z)` is a two-stream form with an
 //! asymmetry typical of Martian dust: an engineering fit, not a table. With τ = 0 (Moon, space) only the beam is left. In the shadow of a
-//! body of the world and below the horizon there is no beam.
+//! body of the world and below the horizon there is neither.
 
 use linkwork_runtime::prelude::*;
 
@@ -43,6 +43,9 @@ pub struct SolarPanelIn {
     /// Panel: its z axis is the normal.
     #[port(bind = "panel")]
     pub panel: NodeState,
+    /// Where it feeds in: a battery's `charger`, which takes all of its power.
+    #[port(connector)]
+    pub output: OpenVoltage,
     /// Share of the light that passes dust: of `power.dust`.
     #[port("1", default = 1.0)]
     pub passes: f64,
@@ -57,9 +60,9 @@ pub struct SolarPanelOut {
     /// Electrical power.
     #[port("W")]
     pub power: f64,
-    /// The same as a load of the battery (negative).
-    #[port("W")]
-    pub load: f64,
+    /// Where it feeds in: a battery's `charger`, which takes all of its power.
+    #[port(connector)]
+    pub output: Current,
     /// Light on the panel, above its dust.
     #[port("W/m^2")]
     pub irradiance: f64,
@@ -87,7 +90,7 @@ pub fn irradiance(n: &Vec3, light: &Light, up: &Vec3, optical_depth: f64, sunlit
     let slant = optical_depth / cos_z.max(1e-3);
     let direct = (-slant).exp();
     let total = 1.0 / (1.0 + 0.16 * slant);
-    let diffuse = cos_z * (total - direct).max(0.0) * 0.5 * (1.0 + n.dot(up));
+    let diffuse = light.visible * cos_z * (total - direct).max(0.0) * 0.5 * (1.0 + n.dot(up));
     light.irradiance * (direct * facing + diffuse)
 }
 
@@ -121,7 +124,12 @@ impl Model for SolarPanel {
         let up = self.vertical.up(c.t, place);
         let light = irradiance(&n, &sun, &up, p.optical_depth, u.sunlit);
         let power = p.efficiency * p.area * p.dust * u.passes * light;
-        SolarPanelOut { power, load: -power, irradiance: light, cosine: n.dot(&sun.direction) }
+        SolarPanelOut {
+            power,
+            output: u.output.current_of(-power),
+            irradiance: light,
+            cosine: n.dot(&sun.direction),
+        }
     }
 }
 
@@ -194,16 +202,17 @@ mod tests {
         }
     }
 
-    /// A Sun of which a part is hidden gives that much less of the beam, and in vacuum no light at all when it is hidden.
+    /// An eclipse dims beam and sky alike: the sky is lit by the same Sun.
     #[test]
-    fn shadow_of_bodies_takes_the_beam() {
+    fn an_eclipse_dims_beam_and_sky() {
         let part = |visible: f64, tau: f64| {
             let light = Light { visible, ..light(Vec3::z(), 1.0) };
             super::irradiance(&Vec3::z(), &light, &Vec3::z(), tau, 1.0)
         };
         assert_eq!((part(0.0, 0.0), part(0.25, 0.0)), (0.0, 0.25 * 1361.0));
-        let beam = 1361.0 * f64::exp(-0.5);
-        assert!((part(1.0, 0.5) - part(0.0, 0.5) - beam).abs() < 1e-9);
+        let clear = part(1.0, 0.5);
+        assert!(clear > 1361.0 * f64::exp(-0.5), "with light of the sky");
+        assert!(part(0.0, 0.5) == 0.0 && (part(0.25, 0.5) - 0.25 * clear).abs() < 1e-9);
     }
 
     #[test]
@@ -220,9 +229,14 @@ mod tests {
     #[test]
     fn dust_that_stays_and_dust_that_settles_both_take_their_share() {
         let panel = SolarPanel::build(params()).unwrap();
-        let u = SolarPanelIn { panel: NodeState::identity(), passes: 0.8, sunlit: 0.5 };
+        let u = SolarPanelIn {
+            panel: NodeState::identity(),
+            output: OpenVoltage { voltage: 28.0 },
+            passes: 0.8,
+            sunlit: 0.5,
+        };
         let y = panel.direct(&Clock::at(0.0, 1.0, 0), &(), &(), &u, &());
         assert!((y.power - 0.5 * 0.9 * 0.8 * 0.5 * 1361.0).abs() < 1e-9, "{y:?}");
-        assert_eq!((y.load, y.irradiance), (-y.power, 0.5 * 1361.0));
+        assert_eq!((y.output.current * 28.0, y.irradiance), (-y.power, 0.5 * 1361.0));
     }
 }

@@ -21,23 +21,23 @@ pub struct ThermalLinkParams {
 /// The two temperatures.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalLinkIn {
-    /// Temperature at end a.
-    #[port("K")]
-    pub a: f64,
-    /// Temperature at end b.
-    #[port("K")]
-    pub b: f64,
+    /// End a.
+    #[port(connector)]
+    pub a: Temperature,
+    /// End b.
+    #[port(connector)]
+    pub b: Temperature,
 }
 
 /// Heat at both ends.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalLinkOut {
-    /// Heat that comes to a: for its node's `heat`.
-    #[port("W")]
-    pub to_a: f64,
-    /// Heat that comes to b: the negative of `to_a`.
-    #[port("W")]
-    pub to_b: f64,
+    /// End a.
+    #[port(connector)]
+    pub a: HeatFlow,
+    /// End b: it gets what a loses.
+    #[port(connector)]
+    pub b: HeatFlow,
 }
 
 /// A thermal link.
@@ -53,8 +53,9 @@ impl Model for ThermalLink {
     type Yd = ThermalLinkOut;
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &ThermalLinkIn) -> ThermalLinkOut {
         let p = &self.p;
-        let to_b = p.conductance * (u.a - u.b) + p.exchange_area * radiation(u.a, u.b);
-        ThermalLinkOut { to_a: -to_b, to_b }
+        let (a, b) = (u.a.temperature, u.b.temperature);
+        let heat = p.conductance * (a - b) + p.exchange_area * radiation(a, b);
+        ThermalLinkOut { a: HeatFlow { heat: -heat }, b: HeatFlow { heat } }
     }
 }
 
@@ -68,6 +69,7 @@ mod tests {
     }
 
     fn heat(l: &ThermalLink, a: f64, b: f64) -> ThermalLinkOut {
+        let [a, b] = [a, b].map(|temperature| Temperature { temperature });
         l.direct(&Clock::at(0.0, 1.0, 0), &(), &(), &ThermalLinkIn { a, b }, &())
     }
 
@@ -76,11 +78,11 @@ mod tests {
         let l = link(0.7, 0.3);
         let y = heat(&l, 310.0, 250.0);
         let wanted = 0.7 * 60.0 + 0.3 * STEFAN_BOLTZMANN * (310f64.powi(4) - 250f64.powi(4));
-        assert!((y.to_b - wanted).abs() < 1e-12 * wanted, "{y:?}");
-        assert_eq!(y.to_a + y.to_b, 0.0);
+        assert!((y.b.heat - wanted).abs() < 1e-12 * wanted, "{y:?}");
+        assert_eq!(y.a.heat + y.b.heat, 0.0);
         let back = heat(&l, 250.0, 310.0);
-        assert_eq!((back.to_a, back.to_b), (y.to_b, y.to_a));
-        assert_eq!(heat(&l, 288.0, 288.0).to_b, 0.0);
+        assert_eq!((back.a.heat, back.b.heat), (y.b.heat, y.a.heat));
+        assert_eq!(heat(&l, 288.0, 288.0).b.heat, 0.0);
     }
 
     #[test]
@@ -89,6 +91,6 @@ mod tests {
         let dt = 1e-7;
         let y = heat(&link(0.0, 1.0), 300.0 + dt, 300.0);
         let wanted = 4.0 * STEFAN_BOLTZMANN * 300f64.powi(3) * ((300.0 + dt) - 300.0);
-        assert!((y.to_b / wanted - 1.0).abs() < 1e-9, "{} {wanted}", y.to_b);
+        assert!((y.b.heat / wanted - 1.0).abs() < 1e-9, "{} {wanted}", y.b.heat);
     }
 }

@@ -36,8 +36,11 @@ pub struct ThermalNodeParams {
 /// Heat.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeIn {
-    /// Heat from inside and through links; negative takes heat away.
-    #[port("W", sum)]
+    /// Where links and heaters are connected.
+    #[port(connector)]
+    pub port: HeatFlows,
+    /// Other heat from inside, such as the `heat` of a motor; negative takes heat away.
+    #[port("W", sum, default = 0.0)]
     pub heat: f64,
 }
 
@@ -58,6 +61,9 @@ pub struct ThermalNodeAround {
 /// Temperature.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeOut {
+    /// Where links and heaters are connected.
+    #[port(connector)]
+    pub port: Temperature,
     /// Temperature.
     #[port("K")]
     pub temperature: f64,
@@ -103,7 +109,8 @@ impl Model for ThermalNode {
         Warmth { temperature: self.p.temperature }
     }
     fn moore(&self, _: &Clock, x: &Warmth) -> ThermalNodeOut {
-        ThermalNodeOut { temperature: x.temperature }
+        let temperature = x.temperature;
+        ThermalNodeOut { port: Temperature { temperature }, temperature }
     }
     fn direct(&self, _: &Clock, x: &Warmth, _: &(), u: &ThermalNodeAround) -> ThermalNodeFlows {
         let p = &self.p;
@@ -124,7 +131,7 @@ impl Model for ThermalNode {
         _: &(),
         y: &ThermalNodeFlows,
     ) -> Warmth {
-        let heat = u.heat + y.absorbed - y.radiated - y.convected;
+        let heat = u.port.heat + u.heat + y.absorbed - y.radiated - y.convected;
         Warmth { temperature: heat / self.p.capacity }
     }
     fn remarks(&self, _: &Clock) -> Vec<BuildError> {
@@ -170,7 +177,16 @@ mod tests {
         let node = ThermalNode { p: p.clone() };
         let (clock, x) = (Clock::at(0.0, 1.0, 0), Warmth { temperature: t });
         let y = node.direct(&clock, &x, &(), &around, &());
-        node.deriv(&clock, &x, &(), &ThermalNodeIn { heat }, &around, &(), &y).temperature
+        node.deriv(
+            &clock,
+            &x,
+            &(),
+            &ThermalNodeIn { port: HeatFlows { heat }, heat: 0.0 },
+            &around,
+            &(),
+            &y,
+        )
+        .temperature
     }
 
     #[test]
@@ -201,7 +217,14 @@ mod tests {
             let clock = Clock::at(0.0, 1.0, 0);
             let u = ThermalNodeAround { sky: 2.7, air: 220.0, light: 0.0 };
             let node = ThermalNode { p };
-            node.remarks(&clock, &node.init_x(), &(), &ThermalNodeIn { heat: 0.0 }, &u, &())
+            node.remarks(
+                &clock,
+                &node.init_x(),
+                &(),
+                &ThermalNodeIn { port: HeatFlows { heat: 0.0 }, heat: 0.0 },
+                &u,
+                &(),
+            )
         };
         assert!(told(params()).is_empty());
         let bare =

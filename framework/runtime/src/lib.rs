@@ -11,6 +11,7 @@ mod catalogue;
 mod checkpoint;
 mod compile;
 mod condition;
+pub mod connectors;
 mod field;
 mod files;
 mod identity;
@@ -94,6 +95,10 @@ pub use world::{Geographic, PlainWorld, Vertical, World};
 
 /// What a library of models needs in scope.
 pub mod prelude {
+    pub use crate::connectors::{
+        Current, Currents, HeatFlow, HeatFlows, MassFlow, MassFlows, OpenVoltage, Propellant,
+        Temperature, Voltage,
+    };
     pub use crate::{
         AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
         Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle, HingeAccel, HingeState,

@@ -232,8 +232,23 @@ fn every_assembly_is_right() {
             .iter()
             .any(|m| path.file_stem().unwrap() == *m)
             {
-                // A wheel needs ground, and so do ruts: the one thing that they say.
+                // A wheel needs ground, and so do ruts; the motor of a wheel needs a supply.
                 let said = said.code(2).tells(&["`: needs a terrain service", "help: "]);
+                let driven = said.err.contains("supply` is not connected");
+                assert_eq!(driven, path.to_string_lossy().contains("wheel_"), "{}", said.err);
+                assert_eq!(
+                    said.err.matches("error: ").count(),
+                    1 + usize::from(driven),
+                    "{}",
+                    said.err
+                );
+            } else if path.to_string_lossy().contains("parts/steering_") {
+                // Its servo needs a supply.
+                let said = said.code(2).tells(&["Servo.supply` is not connected", "help: "]);
+                assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
+            } else if path.ends_with("parts/power_outside.ron") {
+                // A larger power system feeds it.
+                let said = said.code(2).tells(&["Converter.input` is not connected", "help: "]);
                 assert_eq!(said.err.matches("error: ").count(), 1, "{}", said.err);
             } else if path.ends_with("parts/navigation_autonav.ron") {
                 // Alone its camera hangs at a node of the world, which has none.
@@ -247,7 +262,7 @@ fn every_assembly_is_right() {
                 // It joins the locomotion software of the rover that carries it.
                 said.code(2).tells(&["there is no part `LocomotionSoftware` here", "help: "]);
             } else if let Some(inputs) =
-                [("navigation_waypoints", 3), ("locomotion", 1), ("suspension_arm", 1)]
+                [("navigation_waypoints", 3), ("locomotion", 1), ("suspension_arm", 2)]
                     .into_iter()
                     .find(|(kind, _)| path.ends_with(format!("parts/{kind}.ron")))
             {

@@ -231,8 +231,9 @@ const TETHERED: &str = r#"Simulation(
         "Line": (model: "flight.line", params: { "length": 1, "stiffness": 2000, "damping": 10 }, bind: { "a": "node:beam/hook", "b": "node:block/ring" }),
         "Third": (model: "basics.constant", params: { "value": 0.333 }),
         "Engine": (model: "flight.engine", params: { "thrust": 3, "specific_impulse": 200 }, bind: { "nozzle": "node:block/nozzle" }),
+        "Feed": (model: "flight.ideal_feed"),
     },
-    wires: ["Third.y -> Engine.throttle"],
+    wires: ["Third.y -> Engine.throttle"], connect: [("Engine.propellant", "Feed.outlet")],
     step: "10 ms", until: "1 s",
     log: [(channels: ["Line.**", "Engine.**"], rate: "20 Hz")],
     view: (

@@ -79,8 +79,7 @@ fn flight(all: &Value, air: &str) -> String {
     };
     let wires = |tank: &str| {
         format!(
-            r#"wires: ["Steering.force -> Engine.command", "Engine.flow -> {tank}.flow", "{tank}.supplies -> Engine.supply",
-                "Aero.ambient_pressure -> Engine.pressure"],"#
+            r#"wires: ["Steering.force -> Engine.command", "Aero.ambient_pressure -> Engine.pressure"], connect: [("Engine.propellant", "{tank}.outlet")],"#
         )
     };
     let turn = |stage: &Value| {
@@ -99,7 +98,7 @@ fn flight(all: &Value, air: &str) -> String {
         .map(|(k, _)| match at.get(k + 1) {
             None => format!("\"row{k}\": (like: \"second\")"),
             Some(t) if *t == end => format!(
-                "\"row{k}\": (like: \"second\", to: {{ \"row{}\": \"Tank2.supplies < 0.5\" }})",
+                "\"row{k}\": (like: \"second\", to: {{ \"row{}\": \"Tank2.outlet.available < 0.5\" }})",
                 k + 1
             ),
             Some(t) => format!(
@@ -134,7 +133,7 @@ fn flight(all: &Value, air: &str) -> String {
                 {}
                 to: {{ "turn": "time > {:?} s" }},
             ),
-            "turn": (parts: {{ {} {} }}, {} to: {{ "coast": "Tank1.supplies < 0.5" }}),
+            "turn": (parts: {{ {} {} }}, {} to: {{ "coast": "Tank1.outlet.available < 0.5" }}),
             "coast": (
                 bodies: {{ "booster": (parent: "world", hinge: Free) }}, remove: ["Tank1"],
                 to: {{ "second": "time > {:?} s" }},

@@ -565,8 +565,8 @@ fn a_convex_plan_is_flown_over_a_planet_that_turns() {
     },
     wires: [
         "Tank.propellant -> Mass.u", "Mass.y -> Guidance.mass", "Guidance.force -> Engine.command",
-        "Engine.flow -> Tank.flow", "Tank.supplies -> Engine.supply",
     ],
+    connect: [("Engine.propellant", "Tank.outlet")],
     step: "20 ms", until: "80 s", integrator: "rk4",
 )"#;
     let scene = || common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));

@@ -154,9 +154,10 @@ fn a_motor_with_a_tenth_of_a_millihenry_runs_at_a_millisecond() {
         bodies: { "wheel": (parent: "world", hinge: Pin([0, 1, 0]), mass: 1, inertia: [0.01, 0.02, 0.01]) },
         parts: {
             "Volts": (model: "basics.constant", params: { "value": 12 }),
+            "Supply": (model: "power.ideal_supply", params: { "voltage": 12 }),
             "Motor": (model: "actuators.dc_motor", params: { "resistance": 0.6, "inductance": "0.1 mH", "torque_constant": 0.05 }, bind: { "shaft": "hinge:wheel" }),
         },
-        wires: ["Volts.y -> Motor.volts"], gravity: "none", accuracy: ACCURACY, integrator: "METHOD", step: "1 ms", until: "1 s")"#;
+        wires: ["Volts.y -> Motor.volts"], connect: [("Motor.supply", "Supply.terminal")], gravity: "none", accuracy: ACCURACY, integrator: "METHOD", step: "1 ms", until: "1 s")"#;
     let run = |method: &str, accuracy: &str| {
         let text = text.replace("METHOD", method).replace("ACCURACY", accuracy);
         let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));

@@ -66,8 +66,8 @@ fn a_convex_descent_without_a_plan_says_so_and_comes_down() {
     }},
     wires: [
         "Tank.propellant -> Mass.u", "Mass.y -> Guidance.mass", "Guidance.force -> Engine.command",
-        "Engine.flow -> Tank.flow", "Tank.supplies -> Engine.supply",
     ],
+    connect: [("Engine.propellant", "Tank.outlet")],
     step: "20 ms", until: "80 s", integrator: "rk4",
 )"#
         )
@@ -108,8 +108,9 @@ fn an_ascent_without_a_solution_says_so_and_holds_its_steering() {
             params: {{ "radius": 6578137, "along": 7784.3, "thrust": 1e5, "specific_impulse": 348 }},
         ),
         "Engine": (model: "flight.vector_thrust", params: {{ "specific_impulse": 348, "lag": 0 }}, bind: {{ "body": "node:stage" }}),
+        "Feed": (model: "flight.ideal_feed"),
     }},
-    wires: ["Mass.y -> Guidance.mass", "Guidance.force -> Engine.command"],
+    wires: ["Mass.y -> Guidance.mass", "Guidance.force -> Engine.command"], connect: [("Engine.propellant", "Feed.outlet")],
     step: "100 ms", integrator: "rk4", until: "60 s",
 )"#
         )

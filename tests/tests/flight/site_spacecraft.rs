@@ -301,8 +301,9 @@ fn rendezvous(from: From, law: &str) -> Simulation {
         {}
         "Law": ({law}, bind: {{ "chief": "node:chief", "deputy": "node:deputy" }}),
         "Engine": (model: "flight.vector_thrust", params: {{ "specific_impulse": "220 s" }}, bind: {{ "body": "node:deputy" }}),
+        "Feed": (model: "flight.ideal_feed"),
     }},
-    wires: ["Law.force -> Engine.command"],
+    wires: ["Law.force -> Engine.command"], connect: [("Engine.propellant", "Feed.outlet")],
     step: "100 ms", integrator: "verner_87", accuracy: (relative: 1e-12, absolute: 1e-10), until: "700 s",
 )"#,
         chief.initial(from),

@@ -13,8 +13,9 @@ fn a_thruster_sees_every_pulse_whatever_the_step() {
                 parts: {{
                     "Command": (model: "basics.sine", params: {{ "frequency": 1 }}),
                     "Thruster": (model: "flight.thruster", params: {{ "thrust": "5 N", "dead_time": "50 ms", "rise": "40 ms", "fall": "80 ms" }}, bind: {{ "nozzle": "node:body" }}),
+                    "Feed": (model: "flight.ideal_feed"),
                 }},
-                wires: ["Command.y -> Thruster.command"],
+                wires: ["Command.y -> Thruster.command"], connect: [("Thruster.propellant", "Feed.outlet")],
                 step: "{step}", until: "4 s",
             )"#
         );
@@ -53,6 +54,7 @@ fn held_pulses_do_what_pulses_do() {
                 "Wave": (model: "basics.sine", params: {{ "frequency": 0.73, "phase": -0.5, "amplitude": 1e6 }}),
                 "Whole": (model: "basics.saturation", params: {{ "lower": 0, "upper": 1 }}),
                 "Command": (model: "basics.hold", rate: "10 Hz"),
+                "Feed": (model: "flight.ideal_feed"),
                 "Pulses": (
                     model: "flight.thruster", params: {{ "thrust": "5 N", "dead_time": "20 ms", "rise": "10 ms" }},
                     array: [(bind: {{ "nozzle": "node:slid1/jet" }}), (bind: {{ "nozzle": "node:turned1/jet" }})],
@@ -63,6 +65,7 @@ fn held_pulses_do_what_pulses_do() {
                 ),
             }},
             wires: ["Wave.y -> Whole.u", "Whole.y -> Command.u", "Command.y -> Pulses[*].command", "Command.y -> Held[*].command"],
+            connect: [("Pulses[*].propellant", "Held[*].propellant", "Feed.outlet")],
             step: "50 ms", integrator: "dormand_prince_54", accuracy: (relative: 1e-12, absolute: 1e-13), until: "9 s",
         )"#
     );

@@ -132,7 +132,7 @@ fn a_tank_that_blows_down_is_dry_when_the_closed_form_says() {
     sim.run_until(seconds(3000.0)).unwrap();
     let used = 40.0 - number(&sim, "Tank.propellant");
     assert!((by_closed_form(used) / 3000.0 - 1.0).abs() < 1e-6, "{used}");
-    while number(&sim, "Tank.supplies") > 0.5 {
+    while number(&sim, "Tank.outlet.available") > 0.5 {
         sim.step_event().unwrap();
     }
     let (dry, pressure) = (sim.time(), number(&sim, "Gas.pressure") / 1e5);

@@ -31,8 +31,9 @@ const GRIPPER: &str = r#"Simulation(
         "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] }),
         "Full": (model: "basics.constant", params: { "value": 1.0 }),
         "Jet": (model: "flight.engine", params: { "thrust": 150, "specific_impulse": 300 }, bind: { "nozzle": "node:hand/jet" }),
+        "Feed": (model: "flight.ideal_feed"),
     },
-    wires: ["Full.y -> Jet.throttle"],
+    wires: ["Full.y -> Jet.throttle"], connect: [("Jet.propellant", "Feed.outlet")],
     step: "1 ms", integrator: "rk4", until: "3 s",
     start: "reach",
     phases: {

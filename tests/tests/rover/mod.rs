@@ -4,6 +4,7 @@ mod arm;
 mod autonav;
 mod bodies;
 mod drive_stops;
+mod flat_battery;
 mod ground;
 mod kinematic;
 mod localisation;

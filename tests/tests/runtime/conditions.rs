@@ -91,11 +91,14 @@ fn a_thermostat_that_is_passed_at_once_heats() {
             parts: {
                 "T": (model: "basics.step", params: { "time": 5, "before": 320, "after": 250 }),
                 "H": (model: "basics.hold", rate: "1 s"),
+                "Supply": (model: "power.ideal_supply", params: { "voltage": 28 }),
+                "Box": (model: "power.thermal_boundary"),
                 "Heater": (model: "power.heater", params: { "power": 10, "on_below": 270, "band": 5 }),
             },
-            wires: ["T.y -> H.u", "H.y -> Heater.temperature"],
+            wires: ["T.y -> H.u", "H.y -> Box.temperature"],
+            connect: [("Heater.supply", "Supply.terminal"), ("Heater.node", "Box.port")],
             step: "100 ms", until: "20 s",
-            figures: { "on": (of: "Heater.on", take: "last"), "heat": (of: "Heater.heat", take: "last") },
+            figures: { "on": (of: "Heater.on", take: "last"), "heat": (of: "Heater.node.heat", take: "last") },
         )"#,
     );
     assert_eq!((y["on"], y["heat"]), (1.0, 10.0));
@@ -161,8 +164,9 @@ fn a_burn_between_two_rows_is_not_lost() {
                 r#"Simulation(
                     bodies: {{ "craft": (parent: "world", hinge: Free, mass: 1000, inertia: Sphere(0.5)) }},
                     parts: {{ {throttle}
+                        "Feed": (model: "flight.ideal_feed"),
                         "Engine": (model: "flight.engine", params: {{ "thrust": 400, "specific_impulse": 300 }}, bind: {{ "nozzle": "node:craft" }}) }},
-                    wires: [{wires} "Throttle.y -> Engine.throttle"], gravity: "none",
+                    wires: [{wires} "Throttle.y -> Engine.throttle"], connect: [("Engine.propellant", "Feed.outlet")], gravity: "none",
                     step: "{row}", integrator: "dormand_prince_54", until: "7200 s",
                     figures: {{ "speed": (of: "craft.velocity.z", take: "last") }},
                 )"#
@@ -198,9 +202,10 @@ fn jumps_in_a_feedback_have_two_thresholds() {
                 "G": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -1.62] }),
                 "M": (model: "sensors.motion", bind: { "mount": "node:c" }),
                 "V": (model: "basics.gain", params: { "k": -0.5, "offset": 0.5 }),
+                "Feed": (model: "flight.ideal_feed"),
                 "E": (model: "flight.engine", params: { "thrust": 3240, "specific_impulse": 300, "throttle_min": 0.6 }, bind: { "nozzle": "node:c" }),
             },
-            wires: ["M.velocity.z -> V.u", "V.y -> E.throttle"],
+            wires: ["M.velocity.z -> V.u", "V.y -> E.throttle"], connect: [("E.propellant", "Feed.outlet")],
             step: "1 s", integrator: "dormand_prince_54", until: "5 s",
             figures: { "speed": (of: "M.velocity.z", take: "last") },
         )"#,
@@ -245,9 +250,10 @@ fn a_powered_descent_ends_at_its_arrival() {
                 "G": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -1.62] }),
                 "M": (model: "basics.constant", params: { "value": 1000 }),
                 "D": (model: "flight.powered_descent", params: { "thrust_max": 20000, "arrival": 20, "position": [0, 0, 1], "law": "linear" }, bind: { "body": "node:c" }, rate: "10 Hz"),
+                "Feed": (model: "flight.ideal_feed"),
                 "V": (model: "flight.vector_thrust", params: { "specific_impulse": 300 }, bind: { "body": "node:c" }),
             },
-            wires: ["M.y -> D.mass", "D.force -> V.command"],
+            wires: ["M.y -> D.mass", "D.force -> V.command"], connect: [("V.propellant", "Feed.outlet")],
             step: "10 ms", until: "25 s",
             figures: { "at the end": (of: "c.position.z", at: "time >= 20 s"), "thrust": (of: "V.thrust", take: "last") },
         )"#,

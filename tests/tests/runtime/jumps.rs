@@ -75,14 +75,26 @@ const RIGS: &[Rig] = &[
         reads: ("I.y", 1.5),
     },
     Rig {
-        models: &["basics.comparator", "flight.engine"],
+        models: &["basics.comparator"],
         between: Constant,
         parts: r#"TRIANGLE
             "One": (model: "basics.constant", params: { "value": 1 }),
+            "Cold": (model: "basics.constant", params: { "value": 250 }),
             "Over": (model: "basics.comparator"),
+            "Supply": (model: "power.ideal_supply", params: { "voltage": 28 }),
+            "Box": (model: "power.thermal_boundary"),
+            "Heater": (model: "power.heater", params: { "power": 10, "on_below": 270, "band": 5 }),"#,
+        wires: r#""Clock.y -> Triangle.u", "Triangle.y -> Over.a", "One.y -> Over.b", "Over.y -> Heater.enable", "Cold.y -> Box.temperature", "Heater.power -> I.u""#,
+        reads: ("I.y", 10.0),
+    },
+    Rig {
+        models: &["flight.engine"],
+        between: Constant,
+        parts: r#"PULSE
+            "Feed": (model: "flight.ideal_feed"),
             "Engine": (model: "flight.engine", params: { "thrust": 20, "specific_impulse": 300 }, bind: { "nozzle": "node:body" }),"#,
-        wires: r#""Clock.y -> Triangle.u", "Triangle.y -> Over.a", "One.y -> Over.b", "Over.y -> Engine.supply", "One.y -> Engine.throttle""#,
-        reads: ("body.velocity.z", 2.0),
+        wires: r#"PULSE "Pulse.y -> Engine.throttle""#,
+        reads: ("body.velocity.z", 1.3),
     },
     Rig {
         models: &["basics.relay"],
@@ -120,6 +132,7 @@ const RIGS: &[Rig] = &[
         between: Constant,
         parts: r#"
             "Rows": (model: "flight.sequence", params: { "rows": [[0, 0], [0.5, 1], [0.52, 0]] }),
+            "Feed": (model: "flight.ideal_feed"),
             "Thruster": (model: "flight.thruster", params: { "thrust": 100 }, bind: { "nozzle": "node:body" }),"#,
         wires: r#""Rows.y -> Thruster.command""#,
         reads: ("body.velocity.z", 0.2),
@@ -143,8 +156,10 @@ const RIGS: &[Rig] = &[
         between: Constant,
         parts: r#"PULSE
             "Kelvin": (model: "basics.gain", params: { "k": -70, "offset": 320 }),
+            "Supply": (model: "power.ideal_supply", params: { "voltage": 28 }),
+            "Box": (model: "power.thermal_boundary"),
             "Heater": (model: "power.heater", params: { "power": 10, "on_below": 270, "band": 5 }),"#,
-        wires: r#"PULSE "Pulse.y -> Kelvin.u", "Kelvin.y -> Heater.temperature", "Heater.heat -> I.u""#,
+        wires: r#"PULSE "Pulse.y -> Kelvin.u", "Kelvin.y -> Box.temperature", "Heater.power -> I.u""#,
         reads: ("I.y", 6.5),
     },
     Rig {
@@ -155,8 +170,23 @@ const RIGS: &[Rig] = &[
             "One": (model: "basics.constant", params: { "value": 1 }),
             "Zero": (model: "basics.constant", params: { "value": 0 }),
             "True": (model: "basics.comparator"),
+            "Supply": (model: "power.programmable_supply"),
             "Load": (model: "power.load", params: { "power_on": 56, "volts_min": 20 }),"#,
-        wires: r#"PULSE "Pulse.y -> Volts.u", "Volts.y -> Load.volts", "One.y -> True.a", "Zero.y -> True.b", "True.y -> Load.on", "Load.power -> I.u""#,
+        wires: r#"PULSE "Pulse.y -> Volts.u", "Volts.y -> Supply.volts", "One.y -> True.a", "Zero.y -> True.b", "True.y -> Load.on", "Load.power -> I.u""#,
+        reads: ("I.y", 36.4),
+    },
+    Rig {
+        models: &["power.converter"],
+        between: Constant,
+        parts: r#"PULSE
+            "Volts": (model: "basics.gain", params: { "k": 18, "offset": 10 }),
+            "One": (model: "basics.constant", params: { "value": 1 }),
+            "Zero": (model: "basics.constant", params: { "value": 0 }),
+            "True": (model: "basics.comparator"),
+            "Supply": (model: "power.programmable_supply"),
+            "Converter": (model: "power.converter", params: { "voltage": 12, "volts_min": 20 }),
+            "Load": (model: "power.load", params: { "power_on": 56, "volts_rated": 12, "volts_min": 10 }),"#,
+        wires: r#"PULSE "Pulse.y -> Volts.u", "Volts.y -> Supply.volts", "One.y -> True.a", "Zero.y -> True.b", "True.y -> Load.on", "Converter.power -> I.u""#,
         reads: ("I.y", 36.4),
     },
 ];
@@ -206,8 +236,21 @@ fn text(rig: &Rig, integrator: &str, row: f64, until: f64) -> String {
         false if wires.is_empty() => r#""Nothing.y -> I.u""#.to_string(),
         false => format!(r#"{wires}, "Nothing.y -> I.u""#),
     };
+    let connect = match &parts {
+        _ if parts.contains("power.converter") => {
+            r#"("Load.supply", "Converter.output"), ("Converter.input", "Supply.terminal")"#
+        }
+        _ if parts.contains("flight.engine") => r#"("Engine.propellant", "Feed.outlet")"#,
+        _ if parts.contains("flight.thruster") => r#"("Thruster.propellant", "Feed.outlet")"#,
+        _ if parts.contains("power.heater") => {
+            r#"("Heater.supply", "Supply.terminal"), ("Heater.node", "Box.port")"#
+        }
+        _ if parts.contains("power.load") => r#"("Load.supply", "Supply.terminal")"#,
+        _ => "",
+    };
     format!(
         r#"Simulation(
+            connect: [{connect}],
             bodies: {{
                 "body": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1]),
                 "other": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1]),

@@ -35,6 +35,10 @@ fn worst(sim: &mut Simulation) -> (f64, String) {
     let mut worst = (0.0, String::new());
     for i in 0..n {
         let scale = (0..n).map(|j| (B[i][j] * size[j]).abs()).fold(1e-9, f64::max);
+        // A supply counts its energy. At rest its power is quadratic in the rates, and the row is the error of a one-sided difference alone.
+        if scale < 1e-6 && name(i).ends_with("Supply.state.energy") {
+            continue;
+        }
         for j in 0..n {
             let miss = (A[(i, j)] - B[i][j]).abs() * size[j] / scale;
             assert!(miss.is_finite(), "∂({})'/∂({}): {} {}", name(i), name(j), A[(i, j)], B[i][j]);
@@ -75,18 +79,20 @@ fn of_a_mechanism_that_knows_its_own() {
         parts: {
             "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0.3, -0.2, -3.71] }),
             "Volts": (model: "basics.constant", params: { "value": 12 }),
+            "Supply": (model: "power.ideal_supply", params: { "voltage": 24 }),
             "Motor": (model: "actuators.dc_motor", params: { "resistance": 0.6, "inductance": "2 mH", "torque_constant": 0.05, "coulomb": 0.1 }, bind: { "shaft": "hinge:wheel" }),
             "Spring": (model: "actuators.spring_damper", params: { "stiffness": 20, "damping": 0.5 }, bind: { "shaft": "hinge:arm" }),
             "Line": (model: "flight.line", params: { "length": 0.01, "stiffness": 300, "damping": 4 }, bind: { "a": "node:hull/hook", "b": "node:pod/ring" }),
             "Damper": (model: "flight.rate_damping", params: { "damping": [0.5, 0.2, 0.3] }, bind: { "body": "node:pod" }),
             "Turn": (model: "basics.hinge_trajectory", params: { "profile": [["1 s", "40 deg"], ["3 s", "-20 deg"]] }, bind: { "hinge": "hinge:table" }),
         },
-        wires: ["Volts.y -> Motor.volts"], integrator: "rodas4p", accuracy: "fixed", step: "5 ms", until: "1 s")"#;
+        wires: ["Volts.y -> Motor.volts"], connect: [("Motor.supply", "Supply.terminal")], integrator: "rodas4p", accuracy: "fixed", step: "5 ms", until: "1 s")"#;
     let mut sim = common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"));
     agrees("hull", &mut sim, &[0.0], 1e-6);
     // Later the friction of the motor is at the kink of its bristle, and differences do not say anything.
     let motor = text.lines().find(|l| l.contains("Motor")).unwrap();
     let text = text.replace(motor, "").replace("\"Volts.y -> Motor.volts\"", "");
+    let text = text.replace("(\"Motor.supply\", \"Supply.terminal\")", "");
     let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
     // The line is differentiated by differences of its ends' positions: where the hull's z is near zero the step is small, and round-off of
     // the difference gives 1.4e-5.

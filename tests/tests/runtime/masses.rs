@@ -31,7 +31,7 @@ const ROCKET_PARTS: &str = r#"
     "Engine": (model: "flight.engine", params: { "thrust": "50 kN", "specific_impulse": 310, "flow_path": [0, 0, -1.5] }, bind: { "nozzle": "node:rocket/nozzle" }),
 "#;
 const ROCKET_WIRES: &str =
-    r#""Full.y -> Engine.throttle", "Engine.flow -> Tank.flow", "Tank.supplies -> Engine.supply""#;
+    r#"wires: ["Full.y -> Engine.throttle"], connect: [("Engine.propellant", "Tank.outlet")]"#;
 
 fn rocket(spin: &str, more: &str) -> String {
     format!(
@@ -41,7 +41,7 @@ fn rocket(spin: &str, more: &str) -> String {
                 nodes: {{ "tank": (position: [0, 0, 0.5]), "nozzle": (position: [0, 0, -1]) }}),
             "payload": (parent: "rocket", at: (position: [0, 0, 2]), mass: 100, inertia: [9, 8, 7], com: [0, 0.02, 0.3]),
         }},
-        parts: {{ {ROCKET_PARTS} }}, wires: [{ROCKET_WIRES}], gravity: "none", {TIGHT}, {more})"#
+        parts: {{ {ROCKET_PARTS} }}, {ROCKET_WIRES}, gravity: "none", {TIGHT}, {more})"#
     )
 }
 
@@ -77,7 +77,7 @@ fn jet_damping_follows_its_closed_form() {
             "Tank": (model: "flight.propellant_tank", params: {{ "propellant": 500, "radius": "10 um", "density": 1e20 }}, bind: {{ "bottom": "node:rocket/tank" }}),
             "Engine": (model: "flight.engine", params: {{ "thrust": "5 kN", "specific_impulse": 200, "flow_path": [0, 0, -1.5] }}, bind: {{ "nozzle": "node:rocket/nozzle" }}),
         }},
-        wires: [{ROCKET_WIRES}], gravity: "none", {TIGHT})"#
+        {ROCKET_WIRES}, gravity: "none", {TIGHT})"#
     );
     let mut sim = Simulation::of(program(&text));
     sim.run_until(seconds(20.0)).unwrap();
@@ -206,12 +206,13 @@ fn a_transition_knows_the_mass_of_the_moment_and_leaves_no_trace() {
 /// A mass that cannot be stops the run with the body, the fact and the remedy.
 #[test]
 fn impossible_masses_stop_the_run_in_order() {
-    let text =
-        rocket("0, 0, 0", "").replace("\"Engine.flow -> Tank.flow\"", "\"Minus.y -> Tank.flow\"");
-    let text = text.replace(
-        "parts: {",
-        "parts: { \"Minus\": (model: \"basics.constant\", params: { \"value\": -1e308 }),",
-    );
+    let text = rocket("0, 0, 0", "")
+        .replace("wires: [", "wires: [\"Minus.y -> Filling.flow\", ")
+        .replace("\"Tank.outlet\")", "\"Tank.outlet\", \"Filling.tank\")")
+        .replace(
+            "parts: {",
+            "parts: { \"Filling\": (model: \"flight.drain\"), \"Minus\": (model: \"basics.constant\", params: { \"value\": -1e308 }),",
+        );
     let mut sim = Simulation::of(program(&text));
     let error = sim.run_until(seconds(60.0)).unwrap_err().to_string();
     assert!(error.contains("Tank") || error.contains("rocket"), "{error}");

@@ -146,7 +146,7 @@ mod tests {
                 let u = EngineIn {
                     nozzle,
                     throttle: 1.0,
-                    supply: true,
+                    propellant: Propellant { available: true },
                     pressure: 0.0,
                     gimbal_x: y.gimbal_x,
                     gimbal_y: y.gimbal_y,

@@ -3,7 +3,7 @@
 //! Δp = p_a − p_b + ρ a (z_a + h_a − z_b − h_b)         a: specific force along the tanks' axis; h: level; z: bottom
 //! ṁ  = K √(ρ |Δp|) sign Δp                             K = C_d A √2;  straight within |Δp| < `smooth`
 //! ```
-//! Positive from a to b, at once `flow` to tank a and `back` (its negative) to tank b, so that no propellant is lost. A tank
+//! Positive from a to b. The connectors `a` and `b` take ṁ from the one tank and −ṁ from the other, so that no propellant is lost. A tank
 //! that has run dry is shut off, both ways; with a check valve nothing goes back to a. Shut, nothing flows. The liquid in the line has no inertia.
 //! Two equal tanks without pressure level out in a time that has a closed form: √Δh falls in a straight line.
 
@@ -47,12 +47,12 @@ pub struct FeedLineIn {
     /// Specific force that presses the propellant onto the bottoms.
     #[port("m/s^2", default = 0.0)]
     pub acceleration: f64,
-    /// Tank a has propellant.
-    #[port(default = true)]
-    pub supply_a: bool,
-    /// Tank b has propellant.
-    #[port(default = true)]
-    pub supply_b: bool,
+    /// Tank a.
+    #[port(connector)]
+    pub a: Propellant,
+    /// Tank b.
+    #[port(connector)]
+    pub b: Propellant,
     /// How far the valve is open, 0 to 1.
     #[port("1", default = 1.0)]
     pub open: f64,
@@ -61,12 +61,12 @@ pub struct FeedLineIn {
 /// What flows.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FeedLineOut {
-    /// Flow out of tank a.
-    #[port("kg/s")]
-    pub flow: f64,
-    /// The same into tank b: minus the flow out of it.
-    #[port("kg/s")]
-    pub back: f64,
+    /// Flow out of tank a; positive from a to b.
+    #[port(connector)]
+    pub a: MassFlow,
+    /// Flow out of tank b: the negative of the flow out of a.
+    #[port(connector)]
+    pub b: MassFlow,
     /// What drives it.
     #[port("Pa")]
     pub difference: f64,
@@ -92,10 +92,10 @@ impl Model for FeedLine {
         // |Δp|/√smooth: meets the root where |Δp| = smooth.
         let root = if size < p.smooth { size / p.smooth.sqrt() } else { size.sqrt() };
         let mut flow = k * p.density.sqrt() * root * difference.signum();
-        if !(u.supply_a && u.supply_b) || (p.check_valve && flow < 0.0) {
+        if !(u.a.available && u.b.available) || (p.check_valve && flow < 0.0) {
             flow = 0.0;
         }
-        FeedLineOut { flow, back: -flow, difference }
+        FeedLineOut { a: MassFlow { flow }, b: MassFlow { flow: -flow }, difference }
     }
 }
 
@@ -116,16 +116,16 @@ mod tests {
             pressure_a: 0.0,
             pressure_b: 0.0,
             acceleration: 5.0,
-            supply_a: true,
-            supply_b: true,
+            a: Propellant { available: true },
+            b: Propellant { available: true },
             open: 1.0,
         }
     }
 
     fn flow(line: &FeedLine, u: &FeedLineIn) -> f64 {
         let y = line.direct(&Clock::at(0.0, 0.1, 0), &(), &(), u, &());
-        assert_eq!(y.flow, -y.back);
-        y.flow
+        assert_eq!(y.a.flow, -y.b.flow);
+        y.a.flow
     }
 
     #[test]
@@ -165,8 +165,14 @@ mod tests {
     #[test]
     fn dry_tanks_valves_and_weightlessness_stop_it() {
         let m = line(false);
-        assert_eq!(flow(&m, &FeedLineIn { supply_a: false, ..input(1.0, 0.0) }), 0.0);
-        assert_eq!(flow(&m, &FeedLineIn { supply_b: false, ..input(1.0, 0.0) }), 0.0);
+        assert_eq!(
+            flow(&m, &FeedLineIn { a: Propellant { available: false }, ..input(1.0, 0.0) }),
+            0.0
+        );
+        assert_eq!(
+            flow(&m, &FeedLineIn { b: Propellant { available: false }, ..input(1.0, 0.0) }),
+            0.0
+        );
         assert_eq!(flow(&m, &FeedLineIn { open: 0.0, ..input(1.0, 0.4) }), 0.0);
         assert_eq!(flow(&m, &FeedLineIn { acceleration: 0.0, ..input(1.0, 0.4) }), 0.0);
         let half = flow(&m, &FeedLineIn { open: 0.5, ..input(1.0, 0.4) });

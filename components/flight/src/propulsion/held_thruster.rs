@@ -49,7 +49,7 @@ pub struct HeldThruster {
 impl HeldThruster {
     /// Force (N) over a sample.
     fn force(&self, u: &ThrusterIn) -> f64 {
-        if u.supply { self.p.thrust * u.command.clamp(0.0, 1.0) } else { 0.0 }
+        if u.propellant.available { self.p.thrust * u.command.clamp(0.0, 1.0) } else { 0.0 }
     }
 }
 
@@ -69,7 +69,7 @@ impl Model for HeldThruster {
         ThrusterOut {
             load: Wrench { moment: Vec3::zeros(), force: u.nozzle.rotation * Vec3::z() * force },
             force,
-            flow: force / (self.p.specific_impulse * G0),
+            propellant: MassFlow { flow: force / (self.p.specific_impulse * G0) },
         }
     }
     fn deriv(&self, _: &Clock, _: &Done, _: &(), _: &(), u: &ThrusterIn) -> Done {
@@ -89,20 +89,27 @@ mod tests {
         let nozzle = NodeState { rotation, ..NodeState::identity() };
         let (c, x, sample) = (Clock::at(0.3, 0.1, 0), m.init_x(), 0.1);
         for width in [0.0, 0.003, 0.02, 0.1] {
-            let u = ThrusterIn { nozzle, command: width / sample, supply: true };
+            let u = ThrusterIn {
+                nozzle,
+                command: width / sample,
+                propellant: Propellant { available: true },
+            };
             let want = pulse_impulse(22.0, width, 0.006, 0.006);
             let y = m.direct(&c, &x, &(), &u, &());
             let given = m.deriv(&c, &x, &(), &(), &u, &(), &y).done * sample;
             assert!((given - want).abs() <= 1e-15 && (y.force * sample - want).abs() <= 1e-15);
-            assert!((y.flow * sample * 220.0 * G0 - want).abs() <= 1e-15);
+            assert!((y.propellant.flow * sample * 220.0 * G0 - want).abs() <= 1e-15);
             assert!((y.load.force - rotation * Vec3::z() * y.force).norm() < 1e-14);
             // Without propellant there is nothing of it.
-            let u = ThrusterIn { supply: false, ..u };
+            let u = ThrusterIn { propellant: Propellant { available: false }, ..u };
             let y = m.direct(&c, &x, &(), &u, &());
             let dx = m.deriv(&c, &x, &(), &(), &u, &(), &y);
-            assert_eq!((y.force, y.flow, y.load, dx.done), (0.0, 0.0, Wrench::zero(), 0.0));
+            assert_eq!(
+                (y.force, y.propellant.flow, y.load, dx.done),
+                (0.0, 0.0, Wrench::zero(), 0.0)
+            );
         }
-        let over = ThrusterIn { nozzle, command: 1.5, supply: true };
+        let over = ThrusterIn { nozzle, command: 1.5, propellant: Propellant { available: true } };
         assert_eq!(m.direct(&c, &x, &(), &over, &()).force, 22.0);
         assert_eq!(m.moore(&c, &Done { done: 3.5 }, &(), &()).impulse, 3.5);
     }

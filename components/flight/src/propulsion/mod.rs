@@ -1,6 +1,7 @@
 //! Thrusters, solid motors, tanks that blow down or feed each other, and propellant that sloshes.
 
 pub mod blow_down;
+pub mod feed;
 pub mod feed_line;
 pub mod held_thruster;
 pub mod plume;

@@ -196,7 +196,8 @@ mod tests {
         let parts = vec![
             part("Tank", "flight.propellant_tank", Value::Map(tank)),
             part("Press", "flight.sequence", row(case.acceleration)),
-            part("Drain", "flight.sequence", row(case.drained)),
+            part("Flow", "flight.sequence", row(case.drained)),
+            part("Drain", "flight.drain", Value::Map(vec![])),
             part("Slosh", "flight.slosh", Value::Map(vec![number("damping", case.damping)])),
             part("Hub", "t.probe", Value::Map(vec![])),
             part("Swing", "t.probe", Value::Map(vec![])),
@@ -210,7 +211,9 @@ mod tests {
             ("Tank.swing_height", "Slosh.swing_height"),
             ("Tank.swing_stiffness", "Slosh.swing_stiffness"),
             ("Press.y", "Slosh.acceleration"),
-            ("Drain.y", "Tank.flow"),
+            ("Flow.y", "Drain.flow"),
+            ("Tank.outlet.available", "Drain.tank.available"),
+            ("Drain.tank.flow", "Tank.outlet.flow"),
         ];
         let wire = |(from, to): (&str, &str)| WireSpec {
             from: end(from),

@@ -47,9 +47,9 @@ pub struct ThrusterIn {
     /// On above ½.
     #[port("1", default = 0.0)]
     pub command: f64,
-    /// There is propellant.
-    #[port(default = true)]
-    pub supply: bool,
+    /// Where the propellant comes from.
+    #[port(connector)]
+    pub propellant: Propellant,
 }
 
 /// Load and flow.
@@ -62,8 +62,8 @@ pub struct ThrusterOut {
     #[port("N")]
     pub force: f64,
     /// Propellant that it takes.
-    #[port("kg/s")]
-    pub flow: f64,
+    #[port(connector)]
+    pub propellant: MassFlow,
 }
 
 /// What it has done.
@@ -182,7 +182,7 @@ impl Model for Thruster {
     }
     fn direct(&self, c: &Clock, _: &(), d: &Valve, u: &ThrusterIn) -> ThrusterOut {
         let force = match c.span {
-            _ if !u.supply => 0.0,
+            _ if !u.propellant.available => 0.0,
             // Valve and supply change at events only, which end a step.
             Some([a, b]) if b > a => (self.now(b, d).1 - self.now(a, d).1) / (b - a),
             _ => self.now(c.t, d).0 * self.p.thrust,
@@ -190,7 +190,7 @@ impl Model for Thruster {
         ThrusterOut {
             load: Wrench { moment: Vec3::zeros(), force: u.nozzle.rotation * Vec3::z() * force },
             force,
-            flow: force / (self.p.specific_impulse * G0),
+            propellant: MassFlow { flow: force / (self.p.specific_impulse * G0) },
         }
     }
     fn guards(&self, c: &Clock, _: &(), d: &Valve, _: &(), u: &ThrusterIn) -> Switching {
@@ -202,7 +202,7 @@ impl Model for Thruster {
             off: over,
             opens: since(d.opens),
             closes: since(d.closes),
-            supply: if u.supply { 1.0 } else { -1.0 },
+            supply: if u.propellant.available { 1.0 } else { -1.0 },
         }
     }
     fn fired(
@@ -217,7 +217,7 @@ impl Model for Thruster {
         let p = &self.p;
         let (on, off) = (p.dead_time, p.dead_time_off.unwrap_or(p.dead_time));
         let (share, impulse) = self.now(c.t, d);
-        let mut d = Valve { since: c.t, share, impulse, fed: u.supply, ..*d };
+        let mut d = Valve { since: c.t, share, impulse, fed: u.propellant.available, ..*d };
         // The valve moves first, because a command of the same instant acts on the valve as it is then.
         if which.rose(OPENS) {
             (d.open, d.opens, d.pulses) = (true, NEVER, d.pulses + 1.0);
@@ -271,7 +271,11 @@ mod tests {
     #[test]
     fn the_valve_follows_the_command_after_its_dead_time() {
         let m = thruster();
-        let u = |command: f64| ThrusterIn { nozzle: NodeState::identity(), command, supply: true };
+        let u = |command: f64| ThrusterIn {
+            nozzle: NodeState::identity(),
+            command,
+            propellant: Propellant { available: true },
+        };
         // Where the guard is found the command may be just ½: which guard it is tells the direction.
         let edge = u(0.5);
         let at = |t: f64| Clock::at(t, 0.001, 0);
@@ -299,7 +303,11 @@ mod tests {
     #[test]
     fn a_pulse_has_the_impulse_of_its_closed_form() {
         let m = thruster();
-        let u = ThrusterIn { nozzle: NodeState::identity(), command: 1.0, supply: true };
+        let u = ThrusterIn {
+            nozzle: NodeState::identity(),
+            command: 1.0,
+            propellant: Propellant { available: true },
+        };
         let at = |t: f64| Clock::at(t, 0.001, 0);
         for w in [0.003, 0.02, 0.1] {
             let (h, mut sum, mut flow) = (1e-6, 0.0, 0.0);
@@ -312,7 +320,7 @@ mod tests {
                 let t = 1.0 + (f64::from(k) + 0.5) * h;
                 let d = if t < 1.0 + w { &opened } else { &closed };
                 let y = m.direct(&at(t), &(), d, &u, &());
-                (sum, flow) = (sum + y.force * h, flow + y.flow * h);
+                (sum, flow) = (sum + y.force * h, flow + y.propellant.flow * h);
                 // ȧ by a difference.
                 if k % 10_000 == 5000 {
                     let a = |t: f64| m.now(t, d).0;
@@ -327,12 +335,12 @@ mod tests {
             assert!((told - sum).abs() < 1e-6 * want, "{told} {sum}");
         }
         // The supply fails 20 ms after the valve has opened, and comes back.
-        let dry = ThrusterIn { supply: false, ..u };
+        let dry = ThrusterIn { propellant: Propellant { available: false }, ..u };
         let d = m.fired(&at(1.0), one(2), &(), &m.init_d(), &(), &u, &mut ()).1;
         let before = m.moore(&at(1.02), &(), &d, &()).impulse;
         let d = m.fired(&at(1.02), one(4), &(), &d, &(), &dry, &mut ()).1;
         let y = m.direct(&at(1.03), &(), &d, &dry, &());
-        assert_eq!((y.force, y.flow), (0.0, 0.0));
+        assert_eq!((y.force, y.propellant.flow), (0.0, 0.0));
         assert_eq!(m.moore(&at(1.5), &(), &d, &()).impulse, before);
         let d = m.fired(&at(1.5), one(4), &(), &d, &(), &u, &mut ()).1;
         let after = m.moore(&at(1.6), &(), &d, &()).impulse - before;
@@ -349,8 +357,11 @@ mod tests {
         };
         let t = times(0.02, 0.005);
         let at = |time: f64| Clock::at(time, 1e-3, 0);
-        let with =
-            |command: f64| ThrusterIn { command, supply: true, nozzle: NodeState::identity() };
+        let with = |command: f64| ThrusterIn {
+            command,
+            propellant: Propellant { available: true },
+            nozzle: NodeState::identity(),
+        };
         let (_, d) = t.fired(&at(0.0), one(0), &(), &t.init_d(), &(), &with(1.0), &mut ());
         assert_eq!(d.opens, 0.02);
         let (_, d) = t.fired(&at(0.01), one(1), &(), &d, &(), &with(0.0), &mut ());

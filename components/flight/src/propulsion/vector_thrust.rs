@@ -37,9 +37,9 @@ pub struct VectorThrustIn {
     /// Force that is wanted, in vacuum, W.
     #[port("N")]
     pub command: Vec3,
-    /// There is propellant.
-    #[port(default = true)]
-    pub supply: bool,
+    /// Where the propellant comes from.
+    #[port(connector)]
+    pub propellant: Propellant,
     /// Ambient pressure.
     #[port("Pa", default = 0.0)]
     pub pressure: f64,
@@ -55,8 +55,8 @@ pub struct VectorThrustOut {
     #[port("N")]
     pub thrust: f64,
     /// Propellant that it takes.
-    #[port("kg/s")]
-    pub flow: f64,
+    #[port(connector)]
+    pub propellant: MassFlow,
 }
 
 /// The force.
@@ -83,7 +83,7 @@ impl Model for VectorThrust {
         Force { force: self.p.start }
     }
     fn direct(&self, _: &Clock, x: &Force, _: &(), u: &VectorThrustIn) -> VectorThrustOut {
-        let force = match (u.supply, self.p.lag > 0.0) {
+        let force = match (u.propellant.available, self.p.lag > 0.0) {
             (false, _) => Vec3::zeros(),
             (true, true) => x.force,
             (true, false) => u.command,
@@ -94,7 +94,7 @@ impl Model for VectorThrust {
         VectorThrustOut {
             load: Wrench { moment: Vec3::zeros(), force: acting },
             thrust,
-            flow: vacuum / (self.p.specific_impulse * G0),
+            propellant: MassFlow { flow: vacuum / (self.p.specific_impulse * G0) },
         }
     }
     fn deriv(&self, _: &Clock, x: &Force, _: &(), _: &(), u: &VectorThrustIn) -> Force {
@@ -118,17 +118,27 @@ mod tests {
         };
         let m = VectorThrust { p };
         let at = |command: Vec3, pressure: f64| {
-            let u = VectorThrustIn { body: NodeState::identity(), command, supply: true, pressure };
+            let u = VectorThrustIn {
+                body: NodeState::identity(),
+                command,
+                propellant: Propellant { available: true },
+                pressure,
+            };
             m.direct(&Clock::at(0.0, 0.1, 0), &Force { force: Vec3::zeros() }, &(), &u, &())
         };
         let command = Vec3::new(-3.0e5, 0.0, 4.0e5);
         let (vacuum, ground) = (at(command, 0.0), at(command, 1e5));
         assert_eq!((vacuum.load.force, vacuum.thrust), (command, 5.0e5));
-        assert!((ground.thrust - 0.8e5).abs() < 1e-9 && ground.flow == vacuum.flow);
+        assert!(
+            (ground.thrust - 0.8e5).abs() < 1e-9
+                && ground.propellant.flow == vacuum.propellant.flow
+        );
         assert!((ground.load.force - command * 0.16).norm() < 1e-9);
         // What a lag leaves of a force that is commanded to nothing does not pull backwards.
         let weak = at(Vec3::z() * 1e-3, 1e5);
-        assert!(weak.thrust == 0.0 && weak.load.force == Vec3::zeros() && weak.flow > 0.0);
+        assert!(
+            weak.thrust == 0.0 && weak.load.force == Vec3::zeros() && weak.propellant.flow > 0.0
+        );
         // An engine that is off has no jet that the air could push at.
         assert_eq!(at(Vec3::zeros(), 1e5).load, Wrench::zero());
     }
@@ -143,15 +153,19 @@ mod tests {
         };
         let m = VectorThrust { p };
         let command = Vec3::new(0.0, 300.0, 400.0);
-        let u =
-            VectorThrustIn { body: NodeState::identity(), command, supply: true, pressure: 0.0 };
+        let u = VectorThrustIn {
+            body: NodeState::identity(),
+            command,
+            propellant: Propellant { available: true },
+            pressure: 0.0,
+        };
         let c = Clock::at(0.0, 0.1, 0);
         let x = Force { force: Vec3::y() * 60.0 };
         let y = m.direct(&c, &x, &(), &u, &());
-        assert!(y.thrust == 60.0 && (y.flow * 222.0 * G0 - 60.0).abs() < 1e-12);
+        assert!(y.thrust == 60.0 && (y.propellant.flow * 222.0 * G0 - 60.0).abs() < 1e-12);
         let rate = m.deriv(&c, &x, &(), &(), &u, &(), &y).force;
         assert!((rate - Vec3::new(0.0, 2000.0, 400.0 / 0.12)).norm() < 1e-9);
-        let dry = VectorThrustIn { supply: false, ..u };
+        let dry = VectorThrustIn { propellant: Propellant { available: false }, ..u };
         assert_eq!(m.direct(&c, &x, &(), &dry, &()).load, Wrench::zero());
         let p = VectorThrustParams { lag: 0.0, start: Vec3::zeros(), ..m.p.clone() };
         assert_eq!(VectorThrust { p }.direct(&c, &x, &(), &u, &()).thrust, 500.0);

@@ -1,0 +1,114 @@
+//! Ends of propellant lines besides tanks and engines: `flight.ideal_feed`, propellant without a tank; `flight.drain`, a commanded outflow.
+//! ```text
+//! ideal feed    always available, of no body's mass;   drawn = ∫ Σ ṁ dt
+//! drain         ṁ as commanded while there is propellant
+//! ```
+//! The outflow of a drain leaves at the velocity of the body and gives no thrust.
+use linkwork_runtime::prelude::*;
+
+/// What is drawn.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct IdealFeedIn {
+    /// Where engines are connected.
+    #[port(connector)]
+    pub outlet: MassFlows,
+}
+
+/// Propellant, and how much of it has been drawn.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct IdealFeedOut {
+    /// Where engines are connected.
+    #[port(connector)]
+    pub outlet: Propellant,
+    /// Propellant drawn since the start.
+    #[port("kg")]
+    pub drawn: f64,
+}
+
+/// What has been drawn.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Delivered {
+    /// Propellant drawn since the start.
+    #[port("kg")]
+    pub drawn: f64,
+}
+
+/// Propellant without a tank.
+pub struct IdealFeed;
+
+/// Ideal feed: propellant that never ends and that no body carries; counts what is drawn.
+#[model("flight.ideal_feed")]
+impl Model for IdealFeed {
+    type U = IdealFeedIn;
+    type Ym = IdealFeedOut;
+    type X = Delivered;
+    fn build(_: ()) -> Result<Self, BuildError> {
+        Ok(IdealFeed)
+    }
+    fn moore(&self, _: &Clock, x: &Delivered, _: &()) -> IdealFeedOut {
+        IdealFeedOut { outlet: Propellant { available: true }, drawn: x.drawn }
+    }
+    fn deriv(&self, _: &Clock, _: &Delivered, _: &(), u: &IdealFeedIn) -> Delivered {
+        Delivered { drawn: u.outlet.flow }
+    }
+}
+
+/// Command and tank.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct DrainIn {
+    /// Outflow that is wanted; negative: inflow, as when a tank is filled.
+    #[port("kg/s")]
+    pub flow: f64,
+    /// What is drained.
+    #[port(connector)]
+    pub tank: Propellant,
+}
+
+/// Outflow.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct DrainOut {
+    /// What is drained.
+    #[port(connector)]
+    pub tank: MassFlow,
+}
+
+/// A commanded outflow.
+pub struct Drain;
+
+/// A commanded outflow of a tank that gives no thrust: ballast, a vent, a leak; negative: a tank is filled.
+#[model("flight.drain")]
+impl Model for Drain {
+    type Ud = DrainIn;
+    type Yd = DrainOut;
+    fn build(_: ()) -> Result<Self, BuildError> {
+        Ok(Drain)
+    }
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &DrainIn) -> DrainOut {
+        let flows = u.tank.available || u.flow < 0.0;
+        DrainOut { tank: MassFlow { flow: if flows { u.flow } else { 0.0 } } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_ideal_feed_gives_and_counts_what_is_drawn() {
+        let (c, x) = (Clock::at(0.0, 0.1, 0), Delivered { drawn: 3.0 });
+        let y = IdealFeed.moore(&c, &x, &(), &());
+        assert!(y.outlet.available && y.drawn == 3.0);
+        let u = IdealFeedIn { outlet: MassFlows { flow: 0.7 } };
+        assert_eq!(IdealFeed.deriv(&c, &x, &(), &u, &(), &(), &()).drawn, 0.7);
+    }
+
+    #[test]
+    fn a_drain_takes_what_there_is_and_fills_what_is_empty() {
+        let flow = |flow: f64, available: bool| {
+            let u = DrainIn { flow, tank: Propellant { available } };
+            Drain.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &()).tank.flow
+        };
+        assert_eq!((flow(0.5, true), flow(0.5, false)), (0.5, 0.0));
+        assert_eq!((flow(-0.5, true), flow(-0.5, false)), (-0.5, -0.5));
+    }
+}

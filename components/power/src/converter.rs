@@ -1,0 +1,162 @@
+//! `power.converter`: a regulated supply from another bus, as of an instrument or of a vehicle that is fed from outside.
+//! ```text
+//! V_out = voltage while it is on                 P_out = V_out i_out
+//! P_in  = P_out/η, or η P_out where power comes back         i_in = P_in/V_in          Q = P_in − P_out
+//! off where V_in ≤ volts_min; on again where V_in ≥ volts_min + margin: events
+//! ```
+use linkwork_runtime::prelude::*;
+
+/// Voltages and losses.
+#[derive(Params, Clone, Debug)]
+pub struct ConverterParams {
+    /// Voltage of its output.
+    #[param(unit = "V", range = 1e-3..)]
+    pub voltage: f64,
+    /// Share of the power that passes.
+    #[param(default = 1.0, range = 0.01..=1.0)]
+    pub efficiency: f64,
+    /// Voltage of its input at which it switches off.
+    #[param(unit = "V", default = 1.0, range = 1e-3..)]
+    pub volts_min: f64,
+    /// How far the voltage must rise above `volts_min` before it switches on again.
+    #[param(unit = "V", default = 1.0, range = 1e-3..)]
+    pub margin: f64,
+}
+
+/// Both sides.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ConverterIn {
+    /// The bus that feeds it.
+    #[port(connector)]
+    pub input: Voltage,
+    /// Where its loads are connected.
+    #[port(connector)]
+    pub output: Currents,
+}
+
+/// Regulated voltage.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ConverterOut {
+    /// Where its loads are connected: 0 V while it is off.
+    #[port(connector)]
+    pub output: Voltage,
+    /// It is on.
+    #[port("1")]
+    pub on: bool,
+}
+
+/// What it takes.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ConverterFlow {
+    /// The bus that feeds it.
+    #[port(connector)]
+    pub input: Current,
+    /// Power taken from that bus; negative: fed back.
+    #[port("W")]
+    pub power: f64,
+    /// Heat of its losses: for the `heat` of a thermal node.
+    #[port("W")]
+    pub heat: f64,
+}
+
+/// Whether it is on.
+#[derive(State, Clone, Copy, Debug, PartialEq)]
+pub struct Switch {
+    /// It is off.
+    #[port("1")]
+    pub off: bool,
+}
+
+/// The two voltages.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct ConverterGuards {
+    /// Voltage of the input over the least one.
+    #[port("V", falling)]
+    pub above_min: f64,
+    /// Voltage of the input over the voltage of the restart.
+    #[port("V", rising)]
+    pub above_restart: f64,
+}
+
+/// A converter.
+pub struct Converter {
+    p: ConverterParams,
+}
+
+/// Converter: a regulated voltage from another bus, with losses; off while the input is too low, an event.
+#[model("power.converter")]
+impl Model for Converter {
+    type Params = ConverterParams;
+    type Ud = ConverterIn;
+    type Ym = ConverterOut;
+    type Yd = ConverterFlow;
+    type D = Switch;
+    type G = ConverterGuards;
+    fn moore(&self, _: &Clock, _: &(), d: &Switch) -> ConverterOut {
+        let voltage = if d.off { 0.0 } else { self.p.voltage };
+        ConverterOut { output: Voltage { voltage }, on: !d.off }
+    }
+    fn direct(&self, _: &Clock, _: &(), d: &Switch, u: &ConverterIn) -> ConverterFlow {
+        let p = &self.p;
+        let given =
+            if d.off || u.input.voltage <= 0.0 { 0.0 } else { p.voltage * u.output.current };
+        let power = if given > 0.0 { given / p.efficiency } else { given * p.efficiency };
+        ConverterFlow { input: u.input.current_of(power), power, heat: power - given }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Switch, _: &(), u: &ConverterIn) -> ConverterGuards {
+        let above_min = u.input.voltage - self.p.volts_min;
+        ConverterGuards { above_min, above_restart: above_min - self.p.margin }
+    }
+    fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Switch) -> ((), Switch) {
+        ((), Switch { off: which.fell(0) || (d.off && !which.rose(1)) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn converter() -> Converter {
+        Converter {
+            p: ConverterParams { voltage: 12.0, efficiency: 0.8, volts_min: 20.0, margin: 2.0 },
+        }
+    }
+
+    fn flow(off: bool, voltage: f64, current: f64) -> ConverterFlow {
+        let u = ConverterIn { input: Voltage { voltage }, output: Currents { current } };
+        converter().direct(&Clock::at(0.0, 0.1, 0), &(), &Switch { off }, &u, &())
+    }
+
+    #[test]
+    fn losses_are_paid_in_both_directions() {
+        // 2 A at 12 V are 24 W, for which it takes 30 W; of 24 W that come back it feeds back 19.2 W.
+        let y = flow(false, 30.0, 2.0);
+        assert!(
+            (y.power - 30.0).abs() < 1e-12
+                && (y.input.current - 1.0).abs() < 1e-12
+                && (y.heat - 6.0).abs() < 1e-12
+        );
+        let y = flow(false, 30.0, -2.0);
+        assert!((y.power + 19.2).abs() < 1e-12 && (y.heat - 4.8).abs() < 1e-12, "{y:?}");
+        let off = flow(true, 30.0, 2.0);
+        assert_eq!((off.power, off.input.current, off.heat), (0.0, 0.0, 0.0));
+        assert_eq!(flow(false, 0.0, 2.0).input.current, 0.0);
+    }
+
+    #[test]
+    fn it_is_off_below_its_least_input_until_there_is_a_margin() {
+        let (m, c) = (converter(), Clock::at(0.0, 0.1, 0));
+        let u = ConverterIn { input: Voltage { voltage: 20.0 }, output: Currents { current: 0.0 } };
+        let g = m.guards(&c, &(), &Switch { off: false }, &(), &u, &());
+        assert_eq!((g.above_min, g.above_restart), (0.0, -2.0));
+        let after =
+            |off: bool, which| m.fired(&c, which, &(), &Switch { off }, &(), &u, &mut ()).1.off;
+        assert!(
+            after(false, Fired::falling(0))
+                && !after(true, Fired::rising(1))
+                && !after(false, Fired::rising(1))
+        );
+        assert_eq!(m.moore(&c, &(), &Switch { off: true }, &()).output.voltage, 0.0);
+        assert_eq!(m.moore(&c, &(), &Switch { off: false }, &()).output.voltage, 12.0);
+    }
+}

@@ -1,0 +1,63 @@
+//! A rover whose battery is empty: it stands.
+use crate::common;
+use linkwork_runtime::Simulation;
+
+const CHASSIS: &str = "Rover.Hardware.Chassis/chassis";
+
+/// A rover of Curiosity's class that is told to drive straight on over level ground, with a charge of its battery and no light.
+fn rover(motion: &str, charge: f64) -> Simulation {
+    let text = format!(
+        r#"Simulation(
+    parts: {{ "Rover": (assembly: "rovers/rocker_bogie.ron", params: {{
+        "world": "worlds/slope.ron", "motion": "{motion}", "waypoints": [], "navigation": "plan",
+        "plan": [(name: "drive", set: {{ "speed": 0.05 }}, duration: "1 h")],
+    }}) }},
+    step: "2 ms", integrator: "semi_implicit_euler", until: "100 s", seed: 1,
+    place: (
+        motion: "{motion}", body: "{CHASSIS}", at: [0, 0], wheels: ["Rover.Hardware.Wheels.*/wheel"], radius: "0.25 m",
+        joints: ["Rover.Hardware.Chassis/rocker_*", "Rover.Hardware.Chassis/bogie_*"],
+    ),
+)"#
+    );
+    let charge = format!("Rover.Hardware.Power.Battery.charge={charge}");
+    let dark = "Rover.Hardware.Power.SolarPanel.area=0";
+    common::scene(&text, &[&charge, dark]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn way(sim: &mut Simulation, t: f64) -> f64 {
+    let x = |sim: &Simulation| sim.get(&format!("{CHASSIS}.position.x")).unwrap();
+    let start = x(sim);
+    sim.run_until(common::seconds(t)).unwrap();
+    x(sim) - start
+}
+
+/// It drove the same way to the last digit with an empty battery as with a full one, because its motors took their voltage from a constant.
+#[test]
+fn a_rover_without_a_volt_stands() {
+    for motion in ["dynamics", "kinematics"] {
+        let (full, empty) =
+            (way(&mut rover(motion, 0.7), 20.0), way(&mut rover(motion, 0.0), 20.0));
+        assert!(full > 0.6, "{motion}: {full} m with a charged battery");
+        assert!(empty.abs() < 0.03, "{motion}: {empty} m with an empty battery");
+    }
+}
+
+/// A battery that runs flat on the way stops the rover there.
+#[test]
+fn a_rover_stops_where_its_battery_runs_flat() {
+    // 2.9 A s of 40 A h; it draws 4 W at 28 V.
+    let mut sim = rover("dynamics", 2e-5);
+    let flat = "Rover.Hardware.Power.Battery.empty";
+    while sim.get(flat).unwrap() < 0.5 {
+        assert!(sim.time() < 90.0, "it has not run flat");
+        let next = sim.time() + 1.0;
+        sim.run_until(common::seconds(next)).unwrap();
+    }
+    assert!(sim.time() > 5.0, "it drives at first: {} s", sim.time());
+    // Within two seconds it has come to rest.
+    let next = sim.time() + 2.0;
+    sim.run_until(common::seconds(next)).unwrap();
+    let end = sim.time() + 5.0;
+    let rest = way(&mut sim, end);
+    assert!(rest.abs() < 0.01, "{rest} m in 5 s without power");
+}
