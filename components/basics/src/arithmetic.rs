@@ -110,11 +110,6 @@ pub struct Ends {
 const UPPER: usize = 0;
 const LOWER: usize = 1;
 
-/// Whether a number is at an edge but for round-off.
-fn at_edge(x: f64, edge: f64) -> bool {
-    (x - edge).abs() <= 1e-9 * (x.abs() + edge.abs())
-}
-
 /// A quotient.
 pub struct Quotient {
     p: QuotientParams,
@@ -136,13 +131,8 @@ impl Model for Quotient {
         let b = if u.b.abs() < least { least.copysign(u.b) } else { u.b };
         Output { y: if none { 0.0 } else { u.a / b } }
     }
-    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Pair) -> Piece {
-        let there = u.b.abs() >= self.p.least;
-        if !c.sampled && at_edge(u.b.abs(), self.p.least) && d.piece > 0.5 {
-            *d
-        } else {
-            Piece::new(f64::from(u8::from(there)))
-        }
+    fn mode(&self, _: &Clock, _: &(), _: &Piece, u: &Pair) -> Piece {
+        Piece::new(f64::from(u8::from(u.b.abs() >= self.p.least)))
     }
     fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Pair) -> Ends {
         let none = self.p.least == 0.0;
@@ -191,13 +181,9 @@ impl Model for Saturation {
         };
         Output { y }
     }
-    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Input) -> Piece {
+    fn mode(&self, _: &Clock, _: &(), _: &Piece, u: &Input) -> Piece {
         let (lower, upper) = (self.p.lower, self.p.upper);
-        let level = f64::from(u8::from(u.u > upper)) - f64::from(u8::from(u.u < lower));
-        // The output is continuous: at an edge both pieces are right.
-        let edge = !c.sampled && (at_edge(u.u, upper) || at_edge(u.u, lower));
-        let near = (level - d.piece).abs() < 1.5 && lower < upper;
-        if edge && near { *d } else { Piece::new(level) }
+        Piece::new(f64::from(u8::from(u.u > upper)) - f64::from(u8::from(u.u < lower)))
     }
     fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Input) -> Ends {
         // An infinite limit has no edge.
@@ -266,12 +252,8 @@ impl Model for Lookup {
         };
         Output { y }
     }
-    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Input) -> Piece {
-        let (t, level, was) = (&self.p.table, self.level(u.u), d.piece as usize);
-        // The output is continuous: at a row both pieces are right.
-        let at = |row: usize| t.get(row).is_some_and(|r| at_edge(u.u, r[0]));
-        let near = (was + 1 == level && at(was)) || (level + 1 == was && at(level));
-        Piece::new(if near && !c.sampled { was } else { level } as f64)
+    fn mode(&self, _: &Clock, _: &(), _: &Piece, u: &Input) -> Piece {
+        Piece::new(self.level(u.u) as f64)
     }
     fn guards(&self, _: &Clock, _: &(), d: &Piece, _: &(), u: &Input) -> Ends {
         let (t, k) = (&self.p.table, d.piece as usize);
@@ -312,6 +294,13 @@ pub struct Comparator {
     p: ComparatorParams,
 }
 
+impl Comparator {
+    /// How far a exceeds b and the threshold.
+    fn over(&self, u: &Pair) -> f64 {
+        u.a - u.b - self.p.threshold
+    }
+}
+
 /// True when a exceeds b by more than the threshold. In a feedback use `basics.relay`, which has two thresholds.
 #[model("basics.comparator")]
 impl Model for Comparator {
@@ -324,13 +313,11 @@ impl Model for Comparator {
     fn direct(&self, _: &Clock, _: &(), d: &Piece, _: &Pair) -> Truth {
         Truth { y: d.piece > 0.5 }
     }
-    fn mode(&self, c: &Clock, _: &(), d: &Piece, u: &Pair) -> Piece {
-        let edge = u.b + self.p.threshold;
-        let stays = !c.sampled && d.piece > 0.5 && at_edge(u.a, edge);
-        Piece::new(f64::from(u8::from(u.a > edge || stays)))
+    fn mode(&self, _: &Clock, _: &(), _: &Piece, u: &Pair) -> Piece {
+        Piece::new(f64::from(u8::from(self.over(u) > 0.0)))
     }
     fn guards(&self, _: &Clock, _: &(), _: &Piece, _: &(), u: &Pair) -> Ends {
-        Ends { upper: u.a - u.b - self.p.threshold, lower: -1.0 }
+        Ends { upper: self.over(u), lower: -1.0 }
     }
     fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Piece) {
         ((), Piece::new(f64::from(u8::from(which.rose(UPPER)))))
@@ -381,10 +368,9 @@ mod tests {
         let (d, u) = (Piece::new(1.0), Input { u: 2.5 });
         assert_eq!(t.direct(&c(), &(), &d, &u, &()).y, 6.0);
         assert_eq!(t.guards(&c(), &(), &d, &(), &u, &()).upper, 0.5);
-        // At a row, but for round-off, the event decides.
+        // At the end of a piece, but for round-off, the event decides.
         let near = Input { u: 2.0 - 1e-13 };
         assert_eq!(t.fired(&c(), Fired::rising(UPPER), &(), &d, &(), &near, &mut ()).1.piece, 2.0);
-        assert_eq!(t.mode(&c(), &(), &Piece::new(2.0), &near, &()).piece, 2.0);
         assert_eq!(t.mode(&c(), &(), &Piece::new(2.0), &Input { u: 1.9 }, &()).piece, 1.0);
         assert!(Lookup::build(LookupParams { table: vec![[0.0, 1.0], [0.0, 2.0]] }).is_err());
         assert!(Saturation::build(SaturationParams { lower: 1.0, upper: 0.0 }).is_err());

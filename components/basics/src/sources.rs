@@ -93,16 +93,9 @@ pub struct Begins {
     pub since: f64,
 }
 
-/// Both times of a source agree but for round-off.
-const SAME: f64 = 1e-9;
-
 impl Begun {
-    /// At this instant. Just before `time` it stays begun, because an event at `time` is located to 1 ps.
-    fn at(self, c: &Clock, time: f64) -> Begun {
-        Begun { begun: c.t >= time || (self.begun && c.t > time - SAME) }
-    }
-    fn guard(self, c: &Clock, time: f64) -> Begins {
-        Begins { since: if self.begun { -1.0 } else { c.t - time } }
+    fn at(c: &Clock, time: f64) -> Begun {
+        Begun { begun: c.t >= time }
     }
 }
 
@@ -124,11 +117,11 @@ impl Model for Step {
         let _ = c;
         Output { y: if d.begun { self.p.after } else { self.p.before } }
     }
-    fn mode(&self, c: &Clock, _: &(), d: &Begun) -> Begun {
-        d.at(c, self.p.time)
+    fn mode(&self, c: &Clock) -> Begun {
+        Begun::at(c, self.p.time)
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Begun) -> Begins {
-        d.guard(c, self.p.time)
+    fn guards(&self, c: &Clock) -> Begins {
+        Begins { since: c.t - self.p.time }
     }
     fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Begun) {
         ((), Begun { begun: true })
@@ -167,11 +160,11 @@ impl Model for Ramp {
         let grown = if d.begun { p.slope * (c.t - p.time) } else { 0.0 };
         Output { y: p.start + grown }
     }
-    fn mode(&self, c: &Clock, _: &(), d: &Begun) -> Begun {
-        d.at(c, self.p.time)
+    fn mode(&self, c: &Clock) -> Begun {
+        Begun::at(c, self.p.time)
     }
-    fn guards(&self, c: &Clock, _: &(), d: &Begun) -> Begins {
-        d.guard(c, self.p.time)
+    fn guards(&self, c: &Clock) -> Begins {
+        Begins { since: c.t - self.p.time }
     }
     fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Begun) {
         ((), Begun { begun: true })
@@ -188,16 +181,15 @@ mod tests {
         let s = Sine { p: SineParams { amplitude: 2.0, frequency: 0.5, phase: 0.0, offset: 1.0 } };
         assert!((s.direct(&at(0.5), &(), &(), &(), &()).y - 3.0).abs() < 1e-12);
         let s = Step { p: StepParams { time: 1.0, before: -1.0, after: 4.0 } };
-        let mode = |t: f64, begun: bool| s.mode(&at(t), &(), &Begun { begun }, &(), &());
-        let y = |t: f64| s.direct(&at(t), &(), &mode(t, false), &(), &()).y;
+        let mode = |t: f64| s.mode(&at(t), &(), &Begun { begun: false }, &(), &());
+        let y = |t: f64| s.direct(&at(t), &(), &mode(t), &(), &()).y;
         assert_eq!([0.9, 1.0, 2.0].map(y), [-1.0, 4.0, 4.0]);
         let r = Ramp { p: RampParams { time: 1.0, start: 2.0, slope: 3.0 } };
-        let y = |t: f64| r.direct(&at(t), &(), &mode(t, false), &(), &()).y;
+        let y = |t: f64| r.direct(&at(t), &(), &mode(t), &(), &()).y;
         assert_eq!([0.0, 3.0].map(y), [2.0, 8.0]);
-        // Within a step the piece stays; an event that is located early by round-off stays behind it.
+        // Within a step the piece stays.
         let before = Begun { begun: false };
         assert_eq!(s.direct(&at(1.4), &(), &before, &(), &()).y, -1.0);
-        assert!(mode(1.0 - 1e-12, true).begun && !mode(1.0 - 1e-12, false).begun);
         assert_eq!(s.guards(&at(0.75), &(), &before, &(), &(), &()).since, -0.25);
         let k = Constant { p: ConstantParams { value: 7.0 } };
         assert_eq!(k.direct(&at(0.0), &(), &(), &(), &()).y, 7.0);

@@ -208,7 +208,13 @@ impl PlanParams {
             let error = |e: linkwork_runtime::ConditionError| {
                 at(BuildError::new(e.to_string()).help(e.help))
             };
-            text.as_ref().map(read).transpose().map_err(error)
+            let read = text.as_ref().map(read).transpose().map_err(error)?;
+            if read.as_ref().is_some_and(Condition::tests_phase_time) {
+                let fact = "`phase_time` is the time of a phase of the simulation, which a plan does not know";
+                let help = "write `elapsed`: the time since the step began to wait, or began";
+                return Err(refuse(fact, help));
+            }
+            Ok(read)
         };
         if step.wait_max.is_some() && step.when.is_none() {
             return Err(refuse("`wait_max` without `when`", "write `when`, or no `wait_max`"));
@@ -281,7 +287,7 @@ impl Plan {
             Place::Signal(lane) => u.get(lane as usize).copied().unwrap_or(elapsed),
             _ => f64::NAN,
         };
-        let times = Times { time: t, phase: elapsed };
+        let times = Times { time: t, phase: f64::NAN };
         let holds = |c: &Option<Condition>| c.as_ref().is_none_or(|c| c.holds(times, value));
         let failed = if d[BEGUN] == 0.0 {
             if holds(&compiled.when) {

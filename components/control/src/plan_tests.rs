@@ -231,6 +231,7 @@ fn plans_that_cannot_be_are_refused_with_the_step() {
         (told(|p| p.steps.clear()), "no step"),
         (told(|p| p.steps[0].when = Some("locale_time > 9 h".into())), "step `warm`: condition"),
         (told(|p| p.steps[0].until = Some("t > 3 m".into())), "different quantities"),
+        (told(|p| p.steps[0].when = Some("phase_time > 3 s".into())), "`phase_time` is the time"),
         (told(|p| p.steps[1].set = on("fly")), "step `drive`: there is no command `fly`"),
         (
             told(|p| p.steps[1].set = settings(&[("drive", Value::Number(1.0))])),

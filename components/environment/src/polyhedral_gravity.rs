@@ -147,6 +147,7 @@ impl Service for PolyhedralGravity {
 mod tests {
     use super::*;
     use crate::world::{Centre, SiteParams, WorldParams, handle};
+    use linkwork_runtime::AU;
 
     /// Two metres along each edge, its middle at the origin.
     const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
@@ -250,8 +251,6 @@ mod tests {
     fn p_of(world: WorldParams) -> PolyhedralParams {
         PolyhedralParams { world: handle(world), ..params() }
     }
-
-    const AU: f64 = 149_597_870_700.0;
 
     /// A round orbit in the ecliptic, a third of a turn from the equinox.
     fn round_orbit() -> SolarOrbit {

@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn an_orbit_by_its_elements_is_where_the_planet_is() {
         let mars = SolarOrbit {
-            semi_major_axis: 1.523_710_34 * 149_597_870_700.0,
+            semi_major_axis: 1.523_710_34 * linkwork_world::planet::AU,
             eccentricity: 0.093_394_10,
             inclination: 1.849_691_42_f64.to_radians(),
             ascending_node: 49.559_538_91_f64.to_radians(),

@@ -12,14 +12,13 @@
 //! what the air does by elevation are not in them, neither are the satellites' clocks. The planet turns about z of its axes, which are inertial at t = 0; W is inertial with the
 //! planet at its origin, or a site of it: position and velocity are in W.
 
+use linkwork_runtime::SPEED_OF_LIGHT as LIGHT;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::nalgebra::{Matrix4, Vector4};
 
 /// Planes, and satellites in a plane, at most; satellites at most.
 const SIDE_MAX: u32 = 16;
 const SATELLITES_MAX: u32 = SIDE_MAX * SIDE_MAX;
-/// Speed of light, m/s.
-const LIGHT: f64 = 299_792_458.0;
 /// Lanes of noise before those of the satellites, and of each of these.
 const OWN: u32 = 8;
 const EACH: u32 = 3;

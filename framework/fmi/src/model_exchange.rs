@@ -10,7 +10,8 @@
 //!
 //! The unit is told of a completed step at each row of the run and at each event; with an adaptive
 //! method, steps between two rows are not told one by one. Inputs that are no continuous numbers
-//! reach the unit at events: when one of them has changed at the end of a row, that is an event.
+//! reach the unit at events: when one of them has changed at the end of a row, or is another at the start than the unit has, that
+//! is an event.
 use crate::instance::{Instance, Kind, Result};
 use crate::part::{Live, Part, Saved, describe, get_all, settle};
 use crate::slot::Slot;
@@ -196,19 +197,8 @@ impl Block for Continuous {
         let Continuous { live, w, work } = self;
         work.gather(w, sig);
         let x = if work.x.is_empty() { &[][..] } else { &x[w.x..w.x + work.x.len()] };
-        live.get_mut().with(now.t, |unit, saved, part| {
+        live.get_mut().with(now.t, |unit, _, part| {
             work.place(unit, part, now.t, x)?;
-            // At the start no event has brought the inputs that act at events: outputs see them from the first instant on. The
-            // event itself follows, since the part asks for it.
-            if now.evaluation == Evaluation::Tick && !saved.driven {
-                saved.driven = true;
-                if changed(part, &work.u, &saved.held) {
-                    unit.enter_event()?;
-                    drive(unit, part, &work.u, Which::All)?;
-                    settle(unit)?;
-                    unit.enter_continuous()?;
-                }
-            }
             let first: usize = part.ports.inputs[0].iter().map(|s| s.size).sum();
             let mut u = &work.u[first..];
             let flags = &part.ports.discrete[part.ports.inputs[0].len()..];

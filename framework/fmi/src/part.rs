@@ -131,9 +131,6 @@ pub(crate) struct Saved {
     pub asks: bool,
     /// Time of the last step that the unit was told to be complete (s).
     pub completed: Option<f64>,
-    /// Model exchange: inputs that act at events have been given to the unit at the start.
-    #[serde(default)]
-    pub driven: bool,
     /// Inputs as the unit had them at its last event.
     pub held: Vec<f64>,
     /// The unit's own state.

@@ -4,7 +4,7 @@
 //! * [`Integrator::advance`] takes one accepted step of a size that it chooses, cut so as to end
 //!   where the caller asks; what it must remember is [`Memory`], plain data of the caller;
 //! * [`Integrator::dense`] is the solution within the last accepted step, [`Integrator::again`] that step with another length;
-//! * [`events::first_crossing`] finds where a guard changes its sign.
+//! * [`events::first_crossing`] finds where a guard reaches its threshold, zero.
 //!
 //! The system is seen through [`System`]: slices of f64, time in seconds. Nothing is allocated
 //! after [`Integrator::new`]; the same input gives the same bits.

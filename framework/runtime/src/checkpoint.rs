@@ -3,6 +3,7 @@
 //! Lanes are raw little-endian doubles (NaN, ±∞ and −0 survive); stores are MessagePack with names.
 use crate::noise;
 use crate::plan::{Place, Plan};
+use crate::ports::Direction;
 use crate::step::{GuardState, Simulation, State};
 use linkwork_integrate::Memory;
 use serde::{Deserialize, Serialize};
@@ -68,12 +69,8 @@ pub struct Instant {
     pub micro: u32,
     /// Place of the phase in the program.
     pub phase: u32,
-    /// When the phase began (s).
-    pub began: f64,
     /// Lists when each phase began last (s); infinite before it has begun.
     pub entered: Vec<f64>,
-    /// Lists when each watched condition held first (s); infinite before.
-    pub held: Vec<f64>,
     /// The step that the integrator proposes (s), and the error of its last.
     pub memory: (f64, f64),
 }
@@ -217,9 +214,7 @@ impl Simulation {
                 since: self.state.since,
                 micro: self.state.micro,
                 phase: self.state.phase,
-                began: self.state.began,
                 entered: self.state.entered.clone(),
-                held: self.state.held.clone(),
                 memory: (self.state.memory.next, self.state.memory.error),
             },
             guards: (self.state.guards.iter())
@@ -264,7 +259,6 @@ impl Simulation {
             || c.lanes.len() != 8 * lanes
             || c.guards.len() != plan.guards.len()
             || c.instant.entered.len() != self.state.entered.len()
-            || c.instant.held.len() != self.state.held.len()
         {
             return mismatch("parameters, files, rates or wires differ".to_string());
         }
@@ -282,9 +276,7 @@ impl Simulation {
         self.state.tick = c.tick;
         self.state.row = c.row;
         (self.state.since, self.state.micro) = (c.instant.since, c.instant.micro);
-        self.state.began = c.instant.began;
         self.state.entered.clone_from(&c.instant.entered);
-        self.state.held.clone_from(&c.instant.held);
         self.state.memory = Memory { next: c.instant.memory.0, error: c.instant.memory.1 };
         self.state.guards = (c.guards.iter())
             .map(|&(value, change, slack, side, due)| GuardState {
@@ -341,7 +333,7 @@ impl Simulation {
 
 /// What in a checkpoint of this plan no run can have written: numbers that are none, instants that are not between two rows.
 fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
-    let Instant { since, micro, memory, .. } = &c.instant;
+    let Instant { since, micro, memory, entered, phase } = &c.instant;
     let gap = plan.base.times(plan.table[c.row as usize].gap);
     if !(*since >= 0.0 && *since <= gap) {
         return Some(format!("an instant {since} s after a row, and rows are {gap} s apart"));
@@ -361,10 +353,22 @@ fn impossible(c: &Checkpoint, plan: &Plan) -> Option<String> {
     if !(next >= 0.0 && error >= 0.0) {
         return Some(format!("a step of {next} s with an error of {error}"));
     }
+    let begins = |t: f64| (0.0..=time).contains(&t);
+    let other = entered.iter().find(|t| !(begins(**t) || **t == f64::INFINITY));
+    let own = entered.get(*phase as usize).filter(|t| !begins(**t));
+    if let Some(t) = other.or(own) {
+        return Some(format!("a phase that began at {t} s, and it is {time} s"));
+    }
     let mut guards = c.guards.iter().zip(&plan.guards);
-    let bad = guards.find(|((value, change, slack, side, due), _)| {
+    let bad = guards.find(|((value, change, slack, side, due), guard)| {
         let sides = |side: &i8| (-1..=1).contains(side);
-        value.is_nan() || change.is_nan() || !(*slack >= 0.0) || !sides(side) || !sides(due)
+        let ways = match guard.direction {
+            Direction::Rising => 0..=1,
+            Direction::Falling => -1..=0,
+            Direction::Either => -1..=1,
+        };
+        let known = !value.is_nan() && !change.is_nan() && *slack >= 0.0;
+        !(known && sides(side) && ways.contains(due))
     });
     if let Some((_, guard)) = bad {
         return Some(format!("guard `{}` stands nowhere", guard.name));

@@ -61,6 +61,8 @@ const ABSENT: Place = Place::Channel(u32::MAX);
 
 /// Deepest stack of an evaluation; deeper conditions are refused.
 const DEPTH: usize = 16;
+/// Most brackets, signs and `not` within each other.
+const NESTED: usize = 64;
 
 /// Why a condition was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -102,8 +104,8 @@ impl Condition {
         variables: &BTreeMap<String, Variable>,
         partly: bool,
     ) -> Result<Condition, ConditionError> {
-        let (code, depth) = (Vec::new(), (0, 0));
-        let mut reader = Reader { text, rest: text, variables, partly, code, depth };
+        let (code, depth, nested) = (Vec::new(), (0, 0), 0);
+        let mut reader = Reader { text, rest: text, variables, partly, code, depth, nested };
         let result = reader.any().and_then(|()| {
             reader.space();
             match reader.rest {
@@ -191,6 +193,11 @@ impl Condition {
         })
     }
 
+    /// Whether it tests the time since the phase began.
+    pub fn tests_phase_time(&self) -> bool {
+        self.code.contains(&Code::PhaseTime)
+    }
+
     /// Whether it changes with time by itself.
     pub fn timed(&self) -> bool {
         self.code.iter().any(|c| matches!(c, Code::Time | Code::PhaseTime))
@@ -208,6 +215,8 @@ struct Reader<'a> {
     code: Vec<Code>,
     /// Numbers on the stack: now, at the most.
     depth: (usize, usize),
+    /// Brackets, signs and `not` that are open.
+    nested: usize,
 }
 
 impl<'a> Reader<'a> {
@@ -248,6 +257,21 @@ impl<'a> Reader<'a> {
         self.code.push(code);
     }
 
+    /// Reads what is one level deeper.
+    fn deeper<T>(&mut self, read: fn(&mut Self) -> Result<T, Refusal>) -> Result<T, Refusal> {
+        self.nested += 1;
+        let done = match self.nested > NESTED {
+            true => Err((
+                format!("more than {NESTED} brackets, signs and `not` are within each other"),
+                "leave out what changes nothing, or move a part of it into a model with a guard"
+                    .into(),
+            )),
+            false => read(self),
+        };
+        self.nested -= 1;
+        done
+    }
+
     fn any(&mut self) -> Result<(), Refusal> {
         self.all()?;
         while self.word("or") {
@@ -268,14 +292,14 @@ impl<'a> Reader<'a> {
 
     fn test(&mut self) -> Result<(), Refusal> {
         if self.word("not") {
-            self.test()?;
+            self.deeper(Self::test)?;
             self.emit(Code::Negate);
             self.emit(Code::Strict);
             return Ok(());
         }
         // `(a < b or c < d)` and `(a + b) * 2 < c` begin alike: try the first, go back for the second.
         let (rest, length, depth) = (self.rest, self.code.len(), self.depth);
-        if self.take("(") && self.any().is_ok() && self.take(")") {
+        if self.take("(") && self.deeper(Self::any).is_ok() && self.take(")") {
             let rest = self.rest.trim_start();
             if !rest.starts_with(|c: char| "<>+-*/".contains(c)) {
                 return Ok(());
@@ -364,13 +388,13 @@ impl<'a> Reader<'a> {
 
     fn factor(&mut self) -> Result<Unit, Refusal> {
         if self.take("-") {
-            let unit = self.factor()?;
+            let unit = self.deeper(Self::factor)?;
             self.emit(Code::Negate);
             return Ok(unit);
         }
         let abs = self.take("abs(");
         if abs || self.take("(") {
-            let unit = self.sum()?;
+            let unit = self.deeper(Self::sum)?;
             if !self.take(")") {
                 return Err(("a `)` is missing".into(), "close every bracket".into()));
             }
@@ -599,5 +623,15 @@ mod tests {
         }
         let deep = format!("{}A.mach{} < 1", "(1 + ".repeat(20), ")".repeat(20));
         assert!(Condition::parse(&deep, &variables()).unwrap_err().to_string().contains("deep"));
+        // Text of any length: a stack has an end.
+        for open in ["(", "not ", "-", "- (", "abs(", "(not ", "A.mach < (", "A.mach < -"] {
+            for n in [60, 100, 1_000_000] {
+                let e = Condition::parse(&open.repeat(n), &variables()).unwrap_err();
+                assert!(!e.message.is_empty(), "{n} times `{open}`: {e}");
+            }
+        }
+        let many = format!("{}A.mach < 1", "not ".repeat(100));
+        let e = Condition::parse(&many, &variables()).unwrap_err();
+        assert!(e.to_string().contains("more than 64"), "{e}");
     }
 }

@@ -32,7 +32,17 @@ impl std::fmt::Debug for Made {
     }
 }
 
-/// The service of a part: that of an earlier compilation, when it was asked for in the same words in the same `world` and its files hold
+/// The files that a service read when it was made, with fingerprints of their contents; none where nothing is shared.
+pub(crate) fn read_by(part: &PartSpec, files: &Files) -> BTreeMap<String, u64> {
+    let found = files
+        .made
+        .as_ref()
+        .and_then(|made| made.with(|all| all.get(&part.path).map(|one| one.found.clone())));
+    found.unwrap_or_default()
+}
+
+/// The service of a part: the one of an earlier compilation, when it was asked for in the same words in the same `world` (its words and the
+/// contents of its files) and its own files hold
 /// what they held, or else a new one. The files are found again in both cases, so that they are part of the plan's
 /// hash and of what a change is noticed by.
 pub(crate) fn service(

@@ -100,7 +100,7 @@ impl<T: Serialize + DeserializeOwned + Clone + Send + Sync + 'static> Store for 
 /// d     = mode(x, d, ud)                  at rows and events, before `direct`; not within a step
 /// ```
 /// A guard with a direction is a level: where it has reached zero at the start of the run, or of the phase that brings the part,
-/// `fired` is called there. So `fired` decides from the present values, and takes [`Fired`] for the side of what is exactly at zero.
+/// `fired` is called there, before the first row is logged. So `fired` decides from the present values, and takes [`Fired`] for the side of what is exactly at zero.
 #[allow(unused_variables)]
 pub trait Model: Sized + Send + Sync + 'static {
     /// Name in the catalogue.
@@ -208,8 +208,9 @@ pub trait Model: Sized + Send + Sync + 'static {
     ) -> Self::G {
         Self::G::zero()
     }
-    /// The discrete state that follows from the present levels, for a model with [`Model::MODES`]: the piece that holds. A level
-    /// that is at the end of its piece but for round-off keeps the piece; the guard decides there.
+    /// The discrete state that follows from the present levels, for a model with [`Model::MODES`]: the piece that holds. It is not asked
+    /// while a guard of the part is due, nor at the instant at which one has fired as long as it stands at its zero but for round-off:
+    /// [`Model::fired`] decides there.
     fn mode(
         &self,
         c: &Clock,

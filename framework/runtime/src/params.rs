@@ -3,6 +3,7 @@ use crate::files::Files;
 use crate::services::{Handle, Provided, Services};
 use crate::units::{Unit, split_quantity};
 use crate::value::{Fault, Located, Origin, Value, remedy};
+use crate::world::World;
 use linkwork_multibody::names::nearest;
 use linkwork_spatial::Vec3;
 use std::ops::{Range as StdRange, RangeFrom, RangeInclusive, RangeTo, RangeToInclusive};
@@ -88,16 +89,21 @@ pub struct ParamSpec {
     pub service: bool,
 }
 
-/// What to write instead of a parameter that many models had before the simulation had a world.
-fn moved(key: &str) -> Option<String> {
+/// What to write instead of a parameter that many models had before the simulation had a world. A name that has another meaning in
+/// other models (the radius of a wheel) is taken for a property of the planet only where the model takes the planet from the world.
+fn moved(key: &str, specs: &[ParamSpec]) -> Option<String> {
+    let world = <Handle<dyn World> as Param>::kind();
+    let of_planet = specs.iter().any(|s| s.kind.starts_with(&world));
     let field = match key {
         "planet" => "body: .., epoch: .., site: (..)",
-        "mu" => "body: .., mu: ..",
-        "planet_radius" | "ground_radius" | "radius" => "body: .., radius: ..",
-        "planet_rate" | "rotation" => "body: .., rate: ..",
-        "epoch" => "body: .., epoch: ..",
-        "kernel" => "body: .., epoch: .., kernel: ..",
-        "latitude" | "longitude" => "body: .., site: (latitude: .., longitude: ..)",
+        "planet_radius" | "ground_radius" => "body: .., radius: ..",
+        "planet_rate" => "body: .., rate: ..",
+        "mu" if of_planet => "body: .., mu: ..",
+        "radius" if of_planet => "body: .., radius: ..",
+        "rotation" if of_planet => "body: .., rate: ..",
+        "epoch" if of_planet => "body: .., epoch: ..",
+        "kernel" if of_planet => "body: .., epoch: .., kernel: ..",
+        "latitude" | "longitude" if of_planet => "body: .., site: (latitude: .., longitude: ..)",
         _ => return None,
     };
     Some(format!(
@@ -218,7 +224,8 @@ impl<'a> ReadCx<'a> {
         for (k, (key, v)) in entries.iter().enumerate() {
             if !names.contains(&key.as_str()) {
                 let message = format!("`{}` has no parameter `{key}`", self.path);
-                let help = moved(key).unwrap_or_else(|| remedy(key, "parameters", &names));
+                let help = moved(key, specs);
+                let help = help.unwrap_or_else(|| remedy(key, "parameters", &names));
                 self.fault(v.origin, message, Some(help));
                 let meant = nearest(key, names.iter().copied());
                 self.meant.extend(meant.map(|m| (map.origin, m.to_string())));

@@ -63,7 +63,7 @@ pub struct PortSpec {
     pub bind: Option<Text>,
     /// Frame tag, checked against that of the other end when both are given.
     pub frame: Option<Text>,
-    /// For a guard: which change of sign is an event.
+    /// The side from which a guard has to reach zero for an event.
     pub direction: Direction,
     /// For a node of a wheel or rotor: the axis about which it is meant to turn, in the node's axes.
     pub axle: Option<[f64; 3]>,

@@ -63,7 +63,7 @@ const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
     ("h",    [0, 0, 1, 0, 0, 0, 0, 0], 3600.0, false),
     ("day",  [0, 0, 1, 0, 0, 0, 0, 0], 86_400.0, false),
     ("sol",  [0, 0, 1, 0, 0, 0, 0, 0], 88_775.244, false),
-    ("AU",   [0, 1, 0, 0, 0, 0, 0, 0], 149_597_870_700.0, false),
+    ("AU",   [0, 1, 0, 0, 0, 0, 0, 0], crate::services::AU, false),
     ("ft",   [0, 1, 0, 0, 0, 0, 0, 0], 0.3048, false),
     ("in",   [0, 1, 0, 0, 0, 0, 0, 0], 0.0254, false),
     ("lb",   [1, 0, 0, 0, 0, 0, 0, 0], 0.453_592_37, false),
@@ -101,7 +101,7 @@ impl Unit {
         if text.trim() == "*" {
             return Ok(Unit::ANY);
         }
-        let mut reader = Reader { text, at: 0 };
+        let mut reader = Reader { text, at: 0, open: 0 };
         let unit = reader.product()?;
         if reader.at < text.len() {
             return Err(reader.error("unexpected `)`"));
@@ -123,7 +123,7 @@ impl Unit {
     fn times(self, other: Unit, power: i8) -> Unit {
         let mut exponents = self.exponents;
         for (e, o) in exponents.iter_mut().zip(other.exponents) {
-            *e += power * o;
+            *e = e.saturating_add(o.saturating_mul(power));
         }
         Unit { exponents, scale: self.scale * other.scale.powi(power.into()), offset: 0.0 }
     }
@@ -150,7 +150,12 @@ struct Reader<'a> {
     text: &'a str,
     /// The next byte.
     at: usize,
+    /// Brackets that are open.
+    open: usize,
 }
+
+/// Most brackets within each other.
+const OPEN_MAX: usize = 16;
 
 impl<'a> Reader<'a> {
     fn error(&self, why: &str) -> UnitError {
@@ -201,7 +206,12 @@ impl<'a> Reader<'a> {
     fn factor(&mut self) -> Result<Unit, UnitError> {
         let unit = if self.next() == Some('(') {
             self.at += 1;
+            self.open += 1;
+            if self.open > OPEN_MAX {
+                return Err(self.error("too many brackets"));
+            }
             let inner = self.product()?;
+            self.open -= 1;
             if self.next() != Some(')') {
                 return Err(self.error("`)` is missing"));
             }
@@ -305,6 +315,11 @@ mod tests {
             let error = Unit::parse(bad).unwrap_err().to_string();
             assert!(error.contains(&format!("`{bad}`")), "{error}");
         }
+        // Text of any length: a stack has an end, and so has a power.
+        let deep = "(".repeat(1_000_000);
+        assert!(Unit::parse(&deep).unwrap_err().to_string().contains("too many brackets"));
+        assert!(Unit::parse("m^100 m^100").unwrap() != Unit::parse("m").unwrap());
+        assert!(Unit::parse("(m^100)^3").unwrap() != Unit::parse("m").unwrap());
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! row, and counts them. `saves: 0` makes it one that cannot be saved.
 use crate::common;
 use common::*;
+use linkwork_runtime::prelude::*;
 use linkwork_runtime::*;
 use std::any::Any;
 use std::sync::Arc;
@@ -121,9 +122,52 @@ impl Block for Stepping {
     }
 }
 
+/// On which side of zero.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Above {
+    /// Above zero.
+    #[port]
+    above: bool,
+}
+/// Its edge.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Zero {
+    /// The input.
+    #[port("1")]
+    over: f64,
+}
+/// Whether its input is above zero.
+pub struct Sign {}
+/// 1 where the input is above zero, else 0.
+#[model("t.sign")]
+impl Model for Sign {
+    const MODES: bool = true;
+    type Params = ();
+    type Ud = Required;
+    type Yd = One;
+    type D = Above;
+    type G = Zero;
+    fn build((): ()) -> Result<Self, BuildError> {
+        Ok(Sign {})
+    }
+    fn direct(&self, _: &Clock, _: &(), d: &Above, _: &Required) -> One {
+        One { y: f64::from(u8::from(d.above)) }
+    }
+    fn mode(&self, _: &Clock, _: &(), _: &Above, u: &Required) -> Above {
+        Above { above: u.u > 0.0 }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Above, _: &(), u: &Required) -> Zero {
+        Zero { over: u.u }
+    }
+    fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Above) {
+        ((), Above { above: which.rose(0) })
+    }
+}
+
 fn catalogue() -> Catalogue {
     let mut all = common::catalogue();
     all.add(Entry::given(description(), Arc::new(Oscillators))).unwrap();
+    all.add(Entry::model::<Sign>()).unwrap();
     all
 }
 
@@ -163,6 +207,64 @@ fn it_advances_by_its_own_method_and_split_equals_straight() {
         // The count of pieces, its store, is in the hash.
         assert_eq!(cut.hash(), straight.hash(), "{integrator:?}");
     }
+}
+
+/// It goes from row to row: an interrupt between two steps of the integrator waits for the row, and the run is that without one.
+#[test]
+fn an_interrupt_within_a_row_advances_nothing_twice() {
+    let parts = || {
+        vec![
+            part("mass", "user.oscillator", &[], None),
+            part("follower", "t.integrator", &[("k", 2.0)], None),
+        ]
+    };
+    let accuracy = Some(Accuracy { step_max: 0.01, ..Accuracy::default() });
+    let (integrator, step) = (Integrator::DormandPrince, Seconds::new(5, 100).unwrap());
+    let s = Spec { integrator, step, accuracy, ..spec(parts(), &["mass.at -> follower.u"]) };
+    let plan = Arc::new(compile(&s, &catalogue(), &Files::default()).unwrap());
+    let mut straight = Simulation::new(plan.clone());
+    straight.run_until(seconds(1.0)).unwrap();
+    let mut sim = Simulation::new(plan);
+    sim.interrupt_by(Arc::new(std::sync::atomic::AtomicBool::new(true)));
+    while sim.before(seconds(1.0)) {
+        assert_eq!(sim.step_watched().unwrap(), Stop::Row);
+    }
+    assert_eq!((sim.state(), sim.hash()), (straight.state(), straight.hash()));
+}
+
+/// An event is located on the interpolated motion, and the step that ends there comes to a place a little before or behind it: the
+/// piece is that behind the event in both cases.
+#[test]
+fn a_piece_at_zero_is_that_behind_its_event() {
+    let parts = vec![
+        part("mass", "user.oscillator", &[], None),
+        part("sign", "t.sign", &[], None),
+        part("lit", "t.integrator", &[], None),
+    ];
+    let step = Seconds::new(5, 100).unwrap();
+    let s = Spec { step, ..spec(parts, &["mass.at -> sign.u", "sign.y -> lit.u"]) };
+    let mut sim = Simulation::new(Arc::new(compile(&s, &catalogue(), &Files::default()).unwrap()));
+    let state =
+        |sim: &Simulation| (sim.get("mass.at").unwrap() > 0.0, sim.get("sign.y").unwrap() > 0.5);
+    // On which side it was at the last row; it passes zero once between two at the most.
+    let (mut row, mut early, mut late) = (true, 0, 0);
+    while sim.time() < 12.0 {
+        let stop = sim.step_event().unwrap();
+        let (above, shown) = state(&sim);
+        match stop {
+            // Where the step comes to a place that is too far before zero nothing fires yet.
+            Stop::Event if sim.state().micro > 0 => {
+                assert_eq!(shown, !row, "at {} s", sim.time());
+                if above == row { early += 1 } else { late += 1 }
+            }
+            Stop::Row => {
+                assert_eq!(shown, above, "at {} s", sim.time());
+                row = above;
+            }
+            _ => {}
+        }
+    }
+    assert!(early > 1 && late > 1, "{early} {late}");
 }
 
 #[test]

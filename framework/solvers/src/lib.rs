@@ -23,6 +23,7 @@ mod projection;
 mod rolling;
 mod shared;
 mod skyline;
+mod start;
 mod stepper;
 
 pub use compliant::{
@@ -36,4 +37,5 @@ pub use rolling::{
     Footing, Rolling, RollingError, RollingGround, RollingReport, Traction, Vehicle, WheelLoad,
     footing,
 };
+pub use start::{Kept, ROUNDED, StartError, close_start};
 pub use stepper::{ContactSettings, ContactStepper, Impulse, JointLimits, StepError, StepReport};

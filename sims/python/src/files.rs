@@ -148,12 +148,14 @@ fn ron_machine(path: &Path, root: Root) -> Result<Machine, String> {
     let shapes = loaded.shapes;
     let none = || format!("`{}` has no mechanism\n  help: give it bodies", path.display());
     let m = loaded.spec.mechanism().cloned().ok_or_else(none)?;
+    // The start of a simulation of the file. A start that cannot be closed stays as it is written: `constraint_errors` returns by how much.
+    let start = m.closed_start().map_or_else(|_| m.q.clone(), |(q, _)| q);
     let compliant = m.compliant.map(|c| FileContact { colliders: c.0, settings: None });
     let contact =
         m.contact.map(|c| FileContact { colliders: c.colliders, settings: Some(c.settings) });
     let mut contact = contact.or(compliant);
     let (mbs, initial) = match root {
-        Root::AsWritten => ((*m.multibody).clone(), m.q),
+        Root::AsWritten => ((*m.multibody).clone(), start),
         other => {
             let mbs = with_root(&m.multibody, other)?;
             let initial = mbs.neutral_q();

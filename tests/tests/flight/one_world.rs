@@ -37,7 +37,7 @@ const NAVIGATION: &str = r#"Simulation(
 #[test]
 fn a_panel_in_orbit_has_the_whole_sun_or_the_shadow() {
     let get = figures(ORBIT);
-    let d = 1.000_002_61 - 7e6 / 149_597_870_700.0;
+    let d = 1.000_002_61 - 7e6 / linkwork_runtime::AU;
     assert!((get("day") - 1361.0 / (d * d)).abs() < 1e-6, "{}", get("day"));
     assert_eq!(get("night"), 0.0);
 }
@@ -62,7 +62,7 @@ const ORBIT: &str = r#"Simulation(
 fn a_panel_on_the_ground_has_the_sun_of_its_planet_by_day_alone() {
     let get = figures(GROUND);
     // The radius of Mars nearer than its centre.
-    let d = 1.523_710_34 - 3_396_191.0 / 149_597_870_700.0;
+    let d = 1.523_710_34 - 3_396_191.0 / linkwork_runtime::AU;
     assert!((get("lit") - 1361.0 / (d * d)).abs() < 1e-3, "{}", get("lit"));
     assert_eq!(get("dark"), 0.0);
 }

@@ -429,6 +429,14 @@ fn a_world_that_contradicts_itself_or_its_parts_is_refused() {
         e.contains("no parameter `mu`") && e.contains("write `world: (body: .., mu: ..)`"),
         "{e}"
     );
+    // A wheel has a radius, too: the name alone does not mean the world.
+    let wheel = text.replacen(
+        "parts: {",
+        "parts: { \"Stop\": (model: \"basics.saturation\", params: { \"lower\": 0, \"upper\": 1, \"radius\": 0.1 }),",
+        1,
+    );
+    let e = scene(&wheel, &[]).err().unwrap();
+    assert!(e.contains("no parameter `radius`") && !e.contains("world: ("), "{e}");
     // A phase has the world of the others.
     let phases = text.replacen("until:", "start: \"a\", phases: { \"a\": (to: {\"b\": \"time > 0.5 s\"}), \"b\": (world: (body: \"moon\")) }, until:", 1);
     let e = scene(&phases, &[]).err().unwrap();

@@ -191,6 +191,34 @@ fn a_whole_number_acts_at_an_event() {
     }
 }
 
+/// An input that acts at events and is another at the start than the unit has: one event brings it, and the states that the unit has
+/// after it are those of the run. The ball falls at 1 m/s where the floor is 2 m above it: it is put on the floor and bounces once.
+#[test]
+fn an_event_at_the_start_keeps_the_states_of_the_unit() {
+    if !compiler() {
+        return;
+    }
+    for version in VERSIONS {
+        let bench = Bench::new();
+        bench.unit("ball.fmu", version, Model::Ball, |t| t);
+        let text = ball(
+            r#"model: "fmi.model_exchange", params: { "file": "ball.fmu", "start": { "v": -1 } }"#,
+            r#""Up": (model: "basics.constant", params: { "value": -2 }),"#,
+        );
+        let text = text.replace("step:", "wires: [\"Up.y -> Ball.floor\"], step:");
+        let mut sim = bench.sim(&text).unwrap();
+        let at = |sim: &linkwork_runtime::Simulation| {
+            ["n", "h", "v"].map(|v| sim.get(&format!("Ball.{v}")).unwrap())
+        };
+        let [n, h, v] = at(&sim);
+        assert!(n == 1.0 && (h - 2.0).abs() < 1e-12 && (v - 0.8).abs() < 1e-12, "{n} {h} {v}");
+        run(&mut sim, 0.1);
+        let [n, h, _] = at(&sim);
+        let flown = 2.0 + 0.8 * 0.1 - 9.81 * 0.005;
+        assert!(n == 1.0 && (h - flown).abs() < 1e-12, "FMI {version}: {n} {h} {flown}");
+    }
+}
+
 /// Arrays are lanes; numbers cross in SI whatever unit the file has, states too.
 #[test]
 fn arrays_are_lanes_and_units_are_converted() {

@@ -5,3 +5,4 @@ mod grasp;
 mod machines;
 mod manipulation;
 mod pages;
+mod starts;

@@ -205,6 +205,7 @@ const OTHERS: &[(&str, &str)] = &[
     ("flight.crushable_leg", "touches by the motion"),
     ("flight.dave_aerodynamics", "a corner of coefficients, by the motion"),
     ("flight.entry_aerodynamics", "a corner of coefficients, by the motion"),
+    ("flight.glideslope", "a corner of the closing speed, by the motion"),
     ("flight.kickoff_spring", "ends by the motion"),
     ("flight.line", "taut by the motion"),
     ("flight.line_twist", "winds by the motion"),

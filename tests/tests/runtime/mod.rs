@@ -4,6 +4,7 @@ mod allocation;
 mod camera;
 mod campaigns;
 mod conditions;
+mod corners;
 mod determinism;
 mod figures;
 mod jumps;

@@ -197,23 +197,62 @@ pub struct GlideslopeOut {
     pub across: f64,
 }
 
+/// Which part of the speed s(ρ) holds.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Far {
+    /// The greatest closing speed is wanted, since the slope would be faster.
+    #[port]
+    pub far: bool,
+}
+
+/// The corner of s(ρ), where the force that is wanted jumps by m s s′.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SpeedCorner {
+    /// Speed of the slope over the greatest one.
+    #[port("m/s")]
+    pub over: f64,
+}
+
 /// A glideslope approach.
 pub struct Glideslope {
     p: GlideslopeParams,
     site: Option<Site>,
 }
 
+impl Glideslope {
+    /// How much faster than allowed the slope is; below zero without an orbit.
+    fn over(&self, u: &StationIn) -> f64 {
+        if self.p.speed_max.is_infinite() {
+            return -1.0;
+        }
+        let Some(s) = seen(self.site.as_ref(), u) else { return -1.0 };
+        self.p.end_speed + self.p.slope * (s.position - self.p.place).norm() - self.p.speed_max
+    }
+}
+
 /// Approaches a place beside a chief on a straight line, slower as it comes nearer.
 #[model("flight.glideslope")]
 impl Model for Glideslope {
+    const MODES: bool = true;
     type Params = GlideslopeParams;
     type Ud = StationIn;
     type Yd = GlideslopeOut;
+    type D = Far;
+    type G = SpeedCorner;
     fn build(p: GlideslopeParams) -> Result<Self, BuildError> {
         let site = p.gravity.as_ref().and_then(|g| g.site());
         Ok(Glideslope { p, site })
     }
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &StationIn) -> GlideslopeOut {
+    fn mode(&self, _: &Clock, _: &(), _: &Far, u: &StationIn) -> Far {
+        Far { far: self.over(u) > 0.0 }
+    }
+    fn guards(&self, _: &Clock, _: &(), _: &Far, _: &(), u: &StationIn) -> SpeedCorner {
+        SpeedCorner { over: self.over(u) }
+    }
+    fn fired(&self, _: &Clock, which: Fired<'_>) -> ((), Far) {
+        ((), Far { far: which.rose(0) })
+    }
+    fn direct(&self, _: &Clock, _: &(), d: &Far, u: &StationIn) -> GlideslopeOut {
         let p = &self.p;
         let Some(s) = seen(self.site.as_ref(), u) else {
             let force = Vec3::zeros();
@@ -223,7 +262,7 @@ impl Model for Glideslope {
         let distance = way.norm();
         let ahead = if distance > 0.0 { way / distance } else { Vec3::zeros() };
         let free = p.end_speed + p.slope * distance;
-        let (wanted, slope) = if free > p.speed_max { (p.speed_max, 0.0) } else { (free, p.slope) };
+        let (wanted, slope) = if d.far { (p.speed_max, 0.0) } else { (free, p.slope) };
         let field = s.field.acceleration(&Relative { position: s.position, velocity: s.velocity });
         let error = -ahead * wanted - s.velocity;
         let a = ahead * (wanted * slope) - field + error / p.time_constant;
@@ -365,13 +404,8 @@ mod tests {
         let v = -way.normalize() * (0.05 + 0.01 * way.norm());
         let mut worst = 0.0_f64;
         let (r, v) = fly((start, v), 240.0, 0.5, &mut |t, chief, deputy| {
-            let y = m.direct(
-                &Clock::at(t, 0.1, 0),
-                &(),
-                &(),
-                &StationIn { chief: *chief, deputy: *deputy },
-                &(),
-            );
+            let u = StationIn { chief: *chief, deputy: *deputy };
+            let y = m.direct(&Clock::at(t, 0.1, 0), &(), &Far { far: false }, &u, &());
             let want = (way.norm() + 5.0) * (-0.01 * t).exp() - 5.0;
             let error = (y.distance - want).abs().max(y.across * 10.0);
             worst = if error <= worst { worst } else { error };
@@ -386,13 +420,12 @@ mod tests {
     #[test]
     fn it_is_no_faster_than_allowed() {
         let (chief, deputy) = pair(Vec3::new(0.0, -500.0, 0.0), Vec3::zeros());
-        let y = glideslope(Vec3::zeros(), 0.8).direct(
-            &Clock::at(0.0, 0.1, 0),
-            &(),
-            &(),
-            &StationIn { chief, deputy },
-            &(),
-        );
+        let (m, c, u) =
+            (glideslope(Vec3::zeros(), 0.8), Clock::at(0.0, 0.1, 0), StationIn { chief, deputy });
+        let d = m.mode(&c, &(), &Far { far: false }, &u, &());
+        let y = m.direct(&c, &(), &d, &u, &());
+        // The slope would be 0.05 + 0.01 · 500 m/s.
+        assert!((m.guards(&c, &(), &d, &(), &u, &()).over - 4.25).abs() < 1e-8);
         assert!(y.wanted == 0.8 && (y.distance - 500.0).abs() < 1e-6 && y.closing.abs() < 1e-6);
     }
 }

@@ -103,7 +103,8 @@ mod tests {
             let m = RadiationPressure { p: RadiationParams { area: 18.0, reflectivity: 1.3, sun } };
             let (c, u) = (Clock::at(0.0, 0.01, 0), RadiationIn { body: NodeState::identity() });
             let y = m.direct(&c, &(), &(), &u, &());
-            let pressure = visible * 1361.0 / 299_792_458.0;
+            let pressure =
+                visible * linkwork_runtime::SOLAR_CONSTANT / linkwork_runtime::SPEED_OF_LIGHT;
             assert!((y.pressure - pressure).abs() < 1e-20 && y.visible == visible);
             assert!((y.load.force + Vec3::x() * (pressure * 1.3 * 18.0)).norm() < 1e-18);
             let g = m.guards(&c, &(), &(), &(), &u, &());

@@ -1,7 +1,7 @@
 //! How a body starts: `initial: (angle: "5 deg", rate: 0)`, or poses and velocities.
 use crate::body::hinge::slides;
 use crate::schema::describe::Schema;
-use crate::schema::kind::{At, Kind, drive_number, list_of, number, vector};
+use crate::schema::kind::{At, Kind, drive_number, flag, list_of, number, vector};
 use crate::schema::pose::rotation;
 use crate::schema::record::{Presence, Record, record};
 use crate::text::report::Cx;
@@ -19,6 +19,8 @@ record! {
         velocity: Vec3 = vector("m/s").or(Vec3::zeros()),
         /// Angular velocity, body axes.
         angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
+        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        approximate: bool = flag().or(false),
     }
 }
 record! {
@@ -27,6 +29,8 @@ record! {
         rotation: Quat = rotation().or(Quat::identity()),
         /// Angular velocity, body axes.
         angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
+        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        approximate: bool = flag().or(false),
     }
 }
 record! {
@@ -35,6 +39,8 @@ record! {
         angle: f64 = number("rad").or(0.0),
         /// Rate of the angle.
         rate: f64 = number("rad/s").or(0.0),
+        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        approximate: bool = flag().or(false),
     }
 }
 record! {
@@ -43,6 +49,8 @@ record! {
         position: f64 = number("m").or(0.0),
         /// Rate of the way.
         rate: f64 = number("m/s").or(0.0),
+        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        approximate: bool = flag().or(false),
     }
 }
 record! {
@@ -51,6 +59,8 @@ record! {
         coordinates: Option<Located> = crate::schema::kind::raw(|| list_of(drive_number("rad", "m")).describe()).maybe(),
         /// Their rates.
         rates: Option<Located> = crate::schema::kind::raw(|| list_of(drive_number("rad/s", "m/s")).describe()).maybe(),
+        /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
+        approximate: bool = flag().or(false),
     }
 }
 
@@ -63,6 +73,28 @@ pub(crate) fn schema() -> Schema {
         Sliding::describe(),
         Chained::describe(),
     ])
+}
+
+/// Which of the coordinates, then of the rates of one hinge are written, by their places among its rates, and not as approximate.
+pub(crate) fn kept(v: Option<&Located>, hinge: &Hinge) -> [Vec<bool>; 2] {
+    let is = |field: &str| v.is_some_and(|v| v.get(field).is_some_and(|v| v.value != Value::Null));
+    let approximate = v.and_then(|v| v.get("approximate")).map(|v| &v.value);
+    let nv = hinge.subhinges.iter().map(|s| s.kind.nv()).sum();
+    if approximate == Some(&Value::Bool(true)) {
+        return [vec![false; nv], vec![false; nv]];
+    }
+    match hinge.subhinges.as_slice() {
+        // Rates of a free body: of its rotation, then of its position.
+        [s] if matches!(s.kind, SubhingeKind::Free) => {
+            let of = |turn: &str, way: &str| [[is(turn); 3], [is(way); 3]].concat();
+            [of("rotation", "position"), of("angular", "velocity")]
+        }
+        [s] if matches!(s.kind, SubhingeKind::Ball) => {
+            [vec![is("rotation"); nv], vec![is("angular"); nv]]
+        }
+        [s] if s.kind.nv() == 1 => [vec![is("angle") || is("position"); nv], vec![is("rate"); nv]],
+        _ => [vec![is("coordinates"); nv], vec![is("rates"); nv]],
+    }
 }
 
 /// Coordinates and rates of one hinge; neutral where nothing is written.
@@ -173,8 +205,8 @@ fn unit_quaternions(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &[Subhinge], q
     }
 }
 
-/// A hinge's numbers of q in the words of its kind.
-pub(crate) fn value(h: &Hinge, q: &[f64]) -> Value {
+/// A hinge's numbers of q in the words of its kind; `approximate` where loops and couplings may move them.
+pub(crate) fn value(h: &Hinge, q: &[f64], approximate: bool) -> Value {
     let quat = |q: &[f64]| {
         Quat::new_unchecked(linkwork_spatial::nalgebra::Quaternion::new(q[3], q[0], q[1], q[2]))
     };
@@ -183,16 +215,23 @@ pub(crate) fn value(h: &Hinge, q: &[f64]) -> Value {
         [] => Value::Null,
         [s] if s.kind == SubhingeKind::Free && q.len() == 7 => {
             let position = Vec3::new(q[0], q[1], q[2]);
-            Floating { position, rotation: quat(&q[3..]), velocity: zero, angular: zero }.write()
+            Floating {
+                position,
+                rotation: quat(&q[3..]),
+                velocity: zero,
+                angular: zero,
+                approximate,
+            }
+            .write()
         }
         [s] if s.kind == SubhingeKind::Ball && q.len() == 4 => {
-            Turning { rotation: quat(q), angular: zero }.write()
+            Turning { rotation: quat(q), angular: zero, approximate }.write()
         }
-        [s] if slides(&s.kind) => Sliding { position: first, rate: 0.0 }.write(),
-        [s] if s.kind.nv() == 1 => Pinned { angle: first, rate: 0.0 }.write(),
+        [s] if slides(&s.kind) => Sliding { position: first, rate: 0.0, approximate }.write(),
+        [s] if s.kind.nv() == 1 => Pinned { angle: first, rate: 0.0, approximate }.write(),
         _ => {
             let all = crate::text::value::list(q.iter().copied());
-            Chained { coordinates: Some(all.into()), rates: None }.write()
+            Chained { coordinates: Some(all.into()), rates: None, approximate }.write()
         }
     }
 }

@@ -59,6 +59,8 @@ pub(crate) struct Body {
     pub mass: MassProperties,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
+    /// Which of q and of v are written to be kept, by their places among the rates.
+    pub kept: [Vec<bool>; 2],
     pub shapes: Vec<BodyShape>,
     /// Place in `shapes`, collider.
     pub colliders: Vec<(usize, Collider)>,
@@ -79,6 +81,7 @@ pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, at: &At<'_>) -> Option<
     let mut hinge = form.hinge;
     hinge::options(cx, v, at, &mut hinge.subhinges);
     let (q, rates) = initial::read(cx, form.initial.as_ref(), &hinge, &at.field("initial"));
+    let kept = initial::kept(form.initial.as_ref(), &hinge);
     let mass = MassProperties::read_fields(cx, v, at).unwrap_or_else(MassProperties::massless);
     for (key, _) in &form.nodes {
         name(cx, &key.text, key.origin, "node");
@@ -94,6 +97,7 @@ pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, at: &At<'_>) -> Option<
         mass,
         q,
         v: rates,
+        kept,
         shapes: shown,
         colliders,
         nodes: form.nodes.into_iter().map(|(key, p)| (key.text, p, key.origin)).collect(),

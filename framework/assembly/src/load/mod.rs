@@ -33,6 +33,7 @@ use linkwork_formats::whole_text;
 use linkwork_runtime::{
     Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value, WatchSpec,
 };
+use linkwork_solvers::Kept;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -300,12 +301,19 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
             resolved::with_phases(&all)
         }
     };
-    let specs = compiled.iter().map(|(name, loaded, _, transitions, origin)| PhaseSpec {
-        name: name.clone(),
-        spec: loaded.spec.clone(),
-        transitions: transitions.clone(),
-        watches: watches(&loaded.simulation),
-        origin: *origin,
+    let specs = compiled.iter().enumerate().map(|(k, (name, loaded, _, transitions, origin))| {
+        let mut spec = loaded.spec.clone();
+        // Where a later phase begins, bodies are where they are.
+        if let (Some(mechanism), true) = (spec.mechanism_mut(), k > 0) {
+            mechanism.kept = Kept::default();
+        }
+        PhaseSpec {
+            name: name.clone(),
+            spec,
+            transitions: transitions.clone(),
+            watches: watches(&loaded.simulation),
+            origin: *origin,
+        }
     });
     let phases = specs.collect();
     let phase_shapes = compiled.iter().map(|(_, loaded, ..)| loaded.shapes.clone()).collect();

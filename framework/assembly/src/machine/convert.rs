@@ -5,7 +5,7 @@ use crate::schema::kind::Kind;
 use crate::schema::record::Record;
 use crate::text::value::{list, map, plain, push, variant};
 use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole, Term};
-use linkwork_multibody::BodySpec;
+use linkwork_multibody::{BodySpec, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::BTreeMap;
 
@@ -55,7 +55,10 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
             .collect();
         push(&mut out, "shapes", Value::List(shapes));
         if let Some(i) = d.initial.iter().find(|i| i.body == spec.name) {
-            push(&mut out, "initial", initial::value(&spec.hinge, &i.q));
+            // The reference of the file: where the machine is closed, it follows what somebody writes over it.
+            let free = spec.hinge.subhinges.iter().any(|s| s.kind == SubhingeKind::Free);
+            let closed = !d.builder.loops().is_empty() || !d.builder.couplings().is_empty();
+            push(&mut out, "initial", initial::value(&spec.hinge, &i.q, closed && !free));
         }
         assembly.bodies.insert(local, item(out));
     }

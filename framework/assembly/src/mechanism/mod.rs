@@ -18,6 +18,7 @@ use crate::text::value::{full_name, outer};
 use linkwork_collision::{ColliderSpec, Colliders, Seen, Shape};
 use linkwork_multibody::{BodySpec, Builder, Loop, LoopMotion, Modes, Multibody};
 use linkwork_runtime::{ContactSpec, Located, MechanismSpec, Origin, PLAIN, Scenery, Sight};
+use linkwork_solvers::Kept;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -124,7 +125,7 @@ pub(crate) fn mechanism(
     let colliders = contact::colliders(cx, &contact, all, joined, built.as_deref()).map(Arc::new);
     let grounds = grounds(colliders.as_deref(), &shapes);
     let spec = built.map(|multibody| {
-        let (q, v) = start(&multibody, &bodies);
+        let (q, v, kept) = start(&multibody, &bodies);
         let on = contact.on(&multibody).zip(colliders.clone());
         let started = |l: &Loop| {
             let mut all = constraints.motions.remove(&l.closure.name).unwrap_or_default();
@@ -147,6 +148,7 @@ pub(crate) fn mechanism(
                 .map(|(settings, colliders)| ContactSpec { colliders, settings }),
             compliant: colliders.clone().zip(contact.compliant),
             terrain: contact.terrain,
+            kept,
             scenery: Scenery::of(shapes.iter().chain(&grounds).map(sight).collect()),
             ..MechanismSpec::new(path, multibody, q, v)
         }
@@ -229,13 +231,16 @@ fn parent(
     found.map_or_else(world, |a| (a.body, a.node.unwrap_or_else(Pose::identity), a.reference))
 }
 
-fn start(mb: &Multibody, bodies: &Bodies) -> (Vec<f64>, Vec<f64>) {
+fn start(mb: &Multibody, bodies: &Bodies) -> (Vec<f64>, Vec<f64>, Kept) {
     let (mut q, mut v) = (mb.neutral_q(), vec![0.0; mb.nv()]);
+    let mut kept = Kept { positions: vec![false; mb.nv()], rates: vec![false; mb.nv()] };
     for b in mb.bodies() {
         if let Some((body, _)) = bodies.get(b.name()) {
             q[b.q()].copy_from_slice(&body.q);
             v[b.v()].copy_from_slice(&body.v);
+            kept.positions[b.v()].copy_from_slice(&body.kept[0]);
+            kept.rates[b.v()].copy_from_slice(&body.kept[1]);
         }
     }
-    (q, v)
+    (q, v, kept)
 }

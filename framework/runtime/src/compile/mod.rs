@@ -302,7 +302,7 @@ fn build_services(
             services.failed.push((part.path.clone(), kind));
         }
         if world.is_none() && is_world(entry) {
-            world_text = stated(part);
+            world_text = format!("{} {:?}", stated(part), made::read_by(part, &files));
         }
         faults.append(&mut located(found, part));
     }

@@ -5,7 +5,7 @@ use crate::block::{Carried, Failure, OldState, Prototype};
 use linkwork_dynamics::topology::{self, Report};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::Multibody;
-use linkwork_solvers::Projector;
+use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
 use std::any::Any;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -140,10 +140,22 @@ fn close(
         }
     }
     let mut projector = Projector::new(tree);
-    projector
-        .positions(tree, &mut ws, &mut solver, &motions, q)
-        .and_then(|_| projector.rates(tree, &mut ws, &mut solver, &motions, q, v))
-        .map_err(|e| Failure::of(&e))?;
+    let mut close = |solver: &mut ConstrainedSolver, q: &mut [f64], v: &mut [f64]| {
+        let placed = projector.positions(tree, &mut ws, solver, &motions, q);
+        placed.and_then(|_| projector.rates(tree, &mut ws, solver, &motions, q, v))
+    };
+    // An impact shares momentum by the masses, whatever `solve` says; without masses the loops alone decide.
+    let mut rows = ConstrainedSolver::new(tree, |_| Treatment::Augment);
+    let (mut placed, mut shared) = (q.to_vec(), v.to_vec());
+    match close(&mut rows, &mut placed, &mut shared) {
+        Ok(_) => {
+            q.copy_from_slice(&placed);
+            v.copy_from_slice(&shared);
+        }
+        Err(_) => {
+            close(&mut solver, q, v).map_err(|e| Failure::of(&e))?;
+        }
+    }
     let fastest = before.iter().fold(0.0f64, |m, b| m.max(b.abs()));
     Ok(before.iter().zip(&*v).any(|(a, b)| (a - b).abs() > 1e-9 * fastest))
 }

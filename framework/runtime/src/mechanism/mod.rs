@@ -22,6 +22,7 @@ mod rank;
 mod rolling;
 mod slopes;
 mod spec;
+mod start;
 mod touch;
 
 pub use gaps::Closing;

@@ -16,8 +16,8 @@ use linkwork_dynamics::{
 };
 use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody};
 use linkwork_solvers::{
-    CompliantContact, CompliantLaws, ConstrainedSolver, ContactStepper, Projector, Rolling,
-    SolverError, Treatment,
+    CompliantContact, CompliantLaws, ConstrainedSolver, ContactStepper, Kept, Rolling, SolverError,
+    Treatment, close_start,
 };
 use linkwork_spatial::Vec3;
 use std::borrow::Cow;
@@ -45,6 +45,8 @@ pub struct MechanismPlan {
     pub q: Vec<f64>,
     /// Velocities at the start.
     pub v: Vec<f64>,
+    /// Coordinates and velocities that keep their values where loops and couplings are closed.
+    pub(super) kept: Kept,
     /// Prescribed subhinges and gaps of loops at the start.
     pub loop_motions: Vec<LoopMotion>,
     /// Loops that do not close at once.
@@ -80,7 +82,7 @@ pub struct MechanismPlan {
     /// Where loops and couplings are written, by name.
     origins: BTreeMap<String, Origin>,
     /// Where bodies are written, by name.
-    bodies: Arc<BTreeMap<String, Origin>>,
+    pub(super) bodies: Arc<BTreeMap<String, Origin>>,
 }
 
 /// The mechanism as the scheduler sees it.
@@ -117,6 +119,7 @@ impl MechanismPart {
             gravity,
             q: spec.q.clone(),
             v: spec.v.clone(),
+            kept: spec.kept.clone(),
             loop_motions: spec.motions.clone(),
             gaps: Gaps::all(m, &spec.closings),
             solver: MechanismPlan::solver(&tree, &treatments),
@@ -361,25 +364,10 @@ impl MechanismPlan {
                 gaps.find(&self.tree, &mut ws, solver, state, &mut self.loop_motions);
             }
             let (tree, motions) = (&self.tree, &self.loop_motions[..]);
-            let mut projector = Projector::new(tree);
-            let done =
-                projector.positions(tree, &mut ws, solver, motions, &mut self.q).and_then(|_| {
-                    projector.rates(tree, &mut ws, solver, motions, &self.q, &mut self.v)
-                });
-            if done.is_err()
-                && let Some(fault) = self.contradiction()
-            {
-                return Err(fault);
-            }
-            let Some(solver) = &mut self.solver else { return Ok(()) };
+            let done = close_start(tree, motions, &self.kept, &mut self.q, &mut self.v);
             if let Err(e) = done {
-                kinematics(tree, &mut ws, &self.q, &self.v);
-                let error = |c| solver.error(tree, &ws, c, motions, &self.q);
-                let worst = self.multibody.constraints().map(|c| (error(c), c));
-                let worst = worst.max_by(|a, b| a.0.total_cmp(&b.0)).map(|w| w.1);
-                let name = worst.map_or("", |c| self.multibody.constraint_name(c));
-                let origin = self.origin_of(name);
-                return Err(Fault::of(origin, &e));
+                let contradiction = self.contradiction().filter(|_| e.nearest.is_none());
+                return Err(contradiction.unwrap_or_else(|| self.cannot_start(&e)));
             }
             if let Some(fault) = self.contradiction() {
                 return Err(fault);

@@ -1,5 +1,5 @@
 //! The mechanism of a specification: structure, how it starts, how it is solved.
-use super::gaps::Closing;
+use super::gaps::{Closing, Gaps};
 use super::plan::{MechanismPart, RollingOn};
 use super::ports::MechanismPorts;
 use crate::block::Prototype;
@@ -10,9 +10,12 @@ use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
 use crate::value::{Fault, Origin};
 use linkwork_collision::{ColliderSpec, Colliders, Material, Shape, TERRAIN, Varies};
-use linkwork_dynamics::Tree;
+use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
-use linkwork_solvers::{CompliantLaws, ContactSettings, Rolling, Treatment, Vehicle};
+use linkwork_solvers::{
+    CompliantLaws, ConstrainedSolver, ContactSettings, Kept, Rolling, StartError, Treatment,
+    Vehicle, close_start,
+};
 use linkwork_spatial::Pose;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -29,6 +32,9 @@ pub struct MechanismSpec {
     pub q: Vec<f64>,
     /// Velocities at the start.
     pub v: Vec<f64>,
+    /// Coordinates and velocities that keep their values where loops and couplings are closed at the start; the others follow. None as it
+    /// stands: q and v then only select the closed start that is near.
+    pub kept: Kept,
     /// Path of the gravity service; `None`: the only one, or no gravity when there is none.
     pub gravity: Option<String>,
     /// Path of the terrain that contact meets; `None`: the only one, if there is one; `"none"`: contact meets no terrain.
@@ -72,6 +78,7 @@ impl MechanismSpec {
             multibody,
             q,
             v,
+            kept: Kept::default(),
             gravity: None,
             terrain: None,
             treatments: BTreeMap::new(),
@@ -85,6 +92,24 @@ impl MechanismSpec {
             scenery: Scenery::default(),
             step: None,
         }
+    }
+}
+
+impl MechanismSpec {
+    /// Returns the coordinates and rates of the start with all loops and couplings closed: the start of a simulation.
+    ///
+    /// # Errors
+    /// [`StartError`]: they cannot be closed with what is kept.
+    pub fn closed_start(&self) -> Result<(Vec<f64>, Vec<f64>), StartError> {
+        let (tree, mut motions) = (Tree::new(&self.multibody), self.motions.clone());
+        let mut ws = Workspace::new(&tree);
+        let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+        for gaps in Gaps::all(&self.multibody, &self.closings) {
+            gaps.find(&tree, &mut ws, &mut solver, (&self.q, &self.v), &mut motions);
+        }
+        let (mut q, mut v) = (self.q.clone(), self.v.clone());
+        close_start(&tree, &motions, &self.kept, &mut q, &mut v)?;
+        Ok((q, v))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Evaluations: operations in their order, derivatives, and what an integrator sees of them.
 use super::linearise::Linear;
 use super::pins::Pins;
-use super::{solve, turning};
+use super::{GuardState, solve, turning};
 use crate::block::{Block, Evaluation, Failure, Now, Outcome};
 use crate::condition::Times;
 use crate::plan::{Op, Plan};
@@ -72,7 +72,11 @@ pub(super) fn run_all(
     Ok(())
 }
 
-/// Runs operations at a row or an event: before the outputs of a part with modes, its piece is taken from the levels.
+/// The state of every guard, and storage for their values; empty before they were looked at for the first time.
+pub(super) type Guards<'a> = (&'a [GuardState], &'a mut [f64]);
+
+/// Runs operations at a row or an event: before the outputs of a part with modes, its piece is taken from the levels, unless an
+/// event decides it.
 #[inline]
 pub(super) fn run_all_now(
     blocks: &mut [Box<dyn Block>],
@@ -81,6 +85,7 @@ pub(super) fn run_all_now(
     now: &Now,
     (x, d, sig): (&[f64], &mut [f64], &mut [f64]),
     pins: Option<&Pins>,
+    (guards, values): Guards<'_>,
 ) -> Result<(), Stopped> {
     if plan.moded.is_empty() {
         return run_all(blocks, plan, ops, now, (x, d, sig), pins);
@@ -89,6 +94,7 @@ pub(super) fn run_all_now(
         let op = plan.ops[k as usize];
         if let Op::Direct(block) = op
             && plan.moded[block as usize]
+            && !is_decided(blocks, plan, (block, now), (x, d, sig), (guards, &mut *values))?
         {
             blocks[block as usize].mode(now, x, d, sig).map_err(of(block))?;
             if let Some(pins) = pins {
@@ -101,6 +107,28 @@ pub(super) fn run_all_now(
         }
     }
     Ok(())
+}
+
+/// Returns whether an event decides which piece of a part holds: a guard of it is due, or has fired at this instant and stands at
+/// its zero but for round-off. There the levels say nothing.
+fn is_decided(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    (block, now): (u32, &Now),
+    (x, d, sig): (&[f64], &[f64], &[f64]),
+    (guards, values): Guards<'_>,
+) -> Result<bool, Stopped> {
+    let Ok(k) = plan.guarded.binary_search_by_key(&block, |g| g.block) else { return Ok(false) };
+    let (first, count) = (plan.guarded[k].first as usize, plan.guarded[k].count as usize);
+    let own = first..first + count;
+    let Some(states) = guards.get(own.clone()) else { return Ok(false) };
+    let due = states.iter().any(GuardState::is_due);
+    if due || states.iter().all(|g| g.side != 0) {
+        return Ok(due);
+    }
+    let values = &mut values[own];
+    blocks[block as usize].guards(now, x, d, sig, values).map_err(of(block))?;
+    Ok(states.iter().zip(values).any(|(g, value)| g.side == 0 && value.abs() <= g.slack))
 }
 
 /// Derivatives, when the signals are those of this state; zero where a state is pinned.

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! after a step:   guards at its end, and inside where they may have crossed twice
-//! a crossing:     sought on the dense output, then located to 1 ps by steps that end there; all guards that cross
-//!                 within 1 ns of it are due
+//! a crossing:     sought on the dense output, then located to 1 ps by steps that end there; all guards that have reached
+//!                 zero at that instant are due, and one that has not, by however little, waits for its own
 //! an event:       the first part in path order of which a guard is due: `fired` once, with all of its guards that are due
 //!                 → operations that follow → guards again
 //! ```
@@ -18,9 +18,10 @@ use crate::plan::{Fires, GuardPlan, Plan};
 use linkwork_integrate::Failure as StepFailure;
 use linkwork_integrate::events::{Crossing, Direction, Search, SearchError, Side, first_crossing};
 
-/// Guards that cross within this time (s) of the first are one instant.
-const WINDOW: f64 = 1e-9;
-/// A crossing is located to this (s): errors of a thousand events in a row stay below the window.
+/// A change of a guard within this time (s) counts as round-off at the instant of its event. A step of this length shows on which side
+/// a guard is that fired at its start.
+const INSTANT: f64 = 1e-9;
+/// A crossing is located to this (s): errors of a thousand events in a row stay below an instant.
 const EXACT: f64 = 1e-12;
 /// Events at one instant, beyond which a cascade has no end.
 const CASCADE_MAX: u32 = 1000;
@@ -94,7 +95,7 @@ impl GuardState {
     fn moved(&mut self, end: f64, h: f64, plan: &Plan) {
         self.change = end - self.value;
         let least = if plan.steps.is_empty() { 1e-12 } else { 1e-3 };
-        let part = (2.0 * WINDOW / h).clamp(least, 1.0);
+        let part = (2.0 * INSTANT / h).clamp(least, 1.0);
         self.slack = if self.change.is_finite() { part * self.change.abs() } else { 0.0 };
     }
 }
@@ -107,9 +108,9 @@ impl Simulation {
     /// Guards at the present instant, into `work.end`.
     fn values_now(&mut self, plan: &Plan) -> Result<(), Stopped> {
         let now = self.next(Evaluation::Tick);
-        let State { x, d, sig, began, .. } = &self.state;
+        let (began, State { x, d, sig, .. }) = (self.state.began(), &self.state);
         let lanes = (&x[..], &d[..], &sig[..]);
-        evaluate::guards(&mut self.blocks, plan, (&now, *began), lanes, &mut self.work.end)
+        evaluate::guards(&mut self.blocks, plan, (&now, began), lanes, &mut self.work.end)
     }
 
     /// At the start of a run or phase: the side on which each guard stands; one that has reached zero is due.
@@ -130,19 +131,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// After a state was set: guards that are due and stand where they came from are due no more.
-    pub(super) fn go_back(&mut self) -> Result<(), Stopped> {
-        let plan = self.plan.clone();
-        if self.is_due() {
-            self.values_now(&plan)?;
-            for (k, guard) in plan.guards.iter().enumerate() {
-                self.state.guards[k].go_back(self.work.end[k], guard);
-            }
-        }
-        Ok(())
-    }
-
-    /// After the work of a row, or of an event: guards that jumped are due.
+    /// At an instant that a step has come to, and after the work of a row or of an event, or a change from outside: guards that have
+    /// reached zero are due, and what is due and stands where it came from is due no more.
     pub(super) fn look(&mut self, plan: &Plan) -> Result<(), Stopped> {
         self.values_now(plan)?;
         for (k, guard) in plan.guards.iter().enumerate() {
@@ -154,8 +144,6 @@ impl Simulation {
     /// Fires what is due first; the condition that the run watches, when one has come to hold.
     pub(super) fn fire(&mut self) -> Result<Option<u32>, Stopped> {
         let plan = self.plan.clone();
-        // An event of this instant may have changed what is due.
-        self.go_back()?;
         let Some(k) = self.state.guards.iter().position(GuardState::is_due) else {
             return Ok(None);
         };
@@ -169,10 +157,10 @@ impl Simulation {
                 self.transition(to, &guard.name)?;
             }
             Fires::Watch { which } => {
-                (self.state.guards[k].due, self.state.guards[k].side) = (0, 0);
-                let t = self.time();
-                let held = &mut self.state.held[which as usize];
-                *held = held.min(t);
+                let guard = &mut self.state.guards[k];
+                (guard.due, guard.side) = (0, 0);
+                // The condition holds from here on: a value below zero is round-off.
+                guard.value = guard.value.max(0.0);
                 return Ok(Some(which));
             }
         }
@@ -209,7 +197,11 @@ impl Simulation {
         }
         self.count_event(plan)?;
         for (way, k) in ways.iter_mut().zip(all.clone()) {
-            *way = std::mem::take(&mut self.state.guards[k].due);
+            let guard = &mut self.state.guards[k];
+            *way = std::mem::take(&mut guard.due);
+            if *way != 0 {
+                guard.side = 0;
+            }
         }
         let now = self.next(Evaluation::Tick);
         let State { x, d, sig, pins, .. } = &mut self.state;
@@ -219,10 +211,7 @@ impl Simulation {
             pins.hold(x, d, sig);
         }
         let done = done.map_err(|failure| Stopped { block, failure });
-        let done = done.and_then(|()| self.refresh());
-        let fired = || all.clone().zip(ways.iter()).filter(|(_, way)| **way != 0);
-        fired().for_each(|(k, _)| self.state.guards[k].side = 0);
-        let done = done.and_then(|()| self.look(plan));
+        let done = done.and_then(|()| self.refresh()).and_then(|()| self.look(plan));
         for (k, &way) in all.clone().zip(ways.iter()) {
             match way {
                 0 => self.state.guards[k].settle(&plan.guards[k]),
@@ -267,8 +256,8 @@ impl Simulation {
         Stopped { block: block.unwrap_or(0), failure }
     }
 
-    /// After a step of h s, the `last` before the row or not: where in it the first guard crosses; all that cross within 1 ns of that are
-    /// due. Without a crossing the guards take their values at the end.
+    /// After a step of h s, the `last` before the row or not: where in it the first guard crosses, which is then due. The
+    /// guards take their values at the end where none crosses.
     pub(super) fn crossing(
         &mut self,
         plan: &Plan,
@@ -312,8 +301,9 @@ impl Simulation {
             number: 0,
         };
         let Simulation { state, blocks, work, .. } = self;
-        let State { d, sig, pins, began, .. } = state;
-        let (number, pins, began) = (&mut work.number, pins.as_deref(), *began);
+        let began = state.began();
+        let State { d, sig, pins, .. } = state;
+        let (number, pins) = (&mut work.number, pins.as_deref());
         let (linear, stage) = (None, None);
         let mut running = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
         running.guards_at(t, x, values)
@@ -360,21 +350,15 @@ impl Simulation {
             state.moved(*end, h, plan);
         }
         self.state.guards[k].due = if found.direction == Direction::Rising { 1 } else { -1 };
-        // Others within the window: on the other side by its end.
-        let later = (theta + WINDOW / h).min(1.0);
-        self.look_at(plan, h, later)?;
-        for (k, guard) in plan.guards.iter().enumerate() {
-            let value = self.work.middle[k];
-            // Only what is due: where the others stand at the event itself is seen there. A guard that has not quite reached zero
-            // at the event waits for its own.
-            let mut later = self.state.guards[k];
-            later.see(value, guard);
-            // A guard that had fired before this step: the step has shown on which side it is.
-            if self.state.guards[k].side == 0 && theta > 0.0 {
-                self.state.guards[k].side = later.side;
-            }
-            if !self.state.guards[k].is_due() && later.is_due() {
-                self.state.guards[k] = GuardState { slack: 0.0, ..later };
+        // Guards that had fired before this step: the step has shown on which side they are.
+        if theta * h > INSTANT && self.state.guards.iter().any(|g| g.side == 0) {
+            self.look_at(plan, h, theta)?;
+            for (state, (guard, value)) in
+                self.state.guards.iter_mut().zip(plan.guards.iter().zip(&self.work.middle))
+            {
+                if state.side == 0 {
+                    state.side = side(*value, guard.direction);
+                }
             }
         }
         self.by_steps(plan, h, k, found).map(Some)

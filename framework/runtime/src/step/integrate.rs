@@ -1,5 +1,5 @@
 //! From an instant towards the next row: steps of the integrator, and of blocks that advance by
-//! themselves. A guard that changes its sign on the way ends it there.
+//! themselves. A guard that reaches its threshold within a step ends the step there.
 use super::evaluate::{self, Running, Stopped};
 use super::pins::Pins;
 use super::{RunError, Simulation, State, Stop};
@@ -61,7 +61,8 @@ impl Simulation {
             if steps == MANY {
                 self.tell_many(h);
             }
-            if self.is_interrupted() {
+            // What advances by itself is at the row already.
+            if plan.steps.is_empty() && self.is_interrupted() {
                 let settled = self.refresh().map_err(Failure::System);
                 settled.map_err(|failure| self.failed(failure))?;
                 return Ok(Stop::Interrupted);
@@ -127,8 +128,8 @@ impl Simulation {
             return Ok((rest, true));
         }
         let Simulation { state, blocks, work, .. } = self;
-        let State { x, d, sig, memory, pins, began, .. } = state;
-        let began = *began;
+        let began = state.began();
+        let State { x, d, sig, memory, pins, .. } = state;
         let pins = pins.as_deref();
         let turns = !turning::of(plan).is_empty();
         let k1 = match known {
@@ -211,7 +212,8 @@ impl Simulation {
         }
     }
 
-    /// The state at θ of the last step, with everything evaluated there.
+    /// The state at θ of the last step, with everything evaluated there. Parts with modes stay on their pieces, because only
+    /// their guards, which have yet to fire, end a piece between rows.
     fn go_to_event(
         &mut self,
         plan: &Plan,
@@ -225,7 +227,12 @@ impl Simulation {
         self.state.micro = 0;
         let State { x, pins, .. } = &mut self.state;
         evaluate::project(&mut self.blocks, plan, pins.as_deref(), x).map_err(Failure::System)?;
-        self.refresh().map_err(Failure::System)
+        let now = self.next(Evaluation::Tick);
+        let State { x, d, sig, pins, .. } = &mut self.state;
+        let (ops, lanes) = (&plan.continuous_ops, (&x[..], &d[..], &mut sig[..]));
+        evaluate::run_all(&mut self.blocks, plan, ops, &now, lanes, pins.as_deref())
+            .and_then(|()| self.look(plan))
+            .map_err(Failure::System)
     }
 
     /// The state at θ of the last step, into `work.inside`: on its dense output while an event is looked for, by a step that ends
@@ -250,8 +257,8 @@ impl Simulation {
         if plan.derivs.is_empty() {
             work.inside.copy_from_slice(&state.x);
         } else {
-            let State { d, sig, pins, began, .. } = state;
-            let began = *began;
+            let began = state.began();
+            let State { d, sig, pins, .. } = state;
             let (number, pins) = (&mut work.number, pins.as_deref());
             let (linear, stage) =
                 (None, (!turning::of(plan).is_empty()).then_some(&mut work.stage[..]));

@@ -549,7 +549,7 @@ impl Simulation {
             d,
             sig: &mut sig,
             now,
-            began: state.began,
+            began: state.began(),
             pins: None,
             number,
             linear: None,

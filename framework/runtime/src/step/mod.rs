@@ -7,6 +7,7 @@
 //! ```
 //! Between calls the state is always "after the work of an instant", so chunking leaves no trace.
 mod bad;
+mod begin;
 mod evaluate;
 mod events;
 mod integrate;
@@ -24,6 +25,7 @@ mod stiffness;
 mod turning;
 mod variables;
 
+pub(crate) use begin::initial;
 pub use moves::MoveReport;
 pub(crate) use moves::Route;
 pub use notices::Notice;
@@ -104,7 +106,7 @@ pub struct Simulation {
     interrupt: Option<Arc<AtomicBool>>,
 }
 
-/// Storage made once for a plan. Nothing in it outlives a step.
+/// Storage made once for a plan. No result depends on what a step leaves in it: a checkpoint does without.
 pub(crate) struct Work {
     /// Counts evaluations.
     number: u64,
@@ -171,31 +173,6 @@ pub(crate) fn blocks_of(plan: &Plan) -> Vec<Box<dyn Block>> {
     plan.parts.iter().map(|p| p.prototype.block(p.wiring.clone())).collect()
 }
 
-/// The state of a plan before the first evaluation.
-pub(crate) fn initial(plan: &Plan) -> State {
-    let mut state = State {
-        tick: plan.table.first().map_or(0, |r| r.at),
-        x: vec![0.0; plan.sizes.x],
-        d: vec![0.0; plan.sizes.d],
-        sig: vec![0.0; plan.sizes.sig],
-        guards: vec![GuardState::default(); plan.guards.len()],
-        entered: vec![0.0],
-        held: vec![f64::INFINITY; plan.watches as usize],
-        ..State::default()
-    };
-    for part in &plan.parts {
-        let (w, n) = (&part.wiring, part.lanes());
-        part.prototype.initial(&mut state.x[w.x..w.x + n.x], &mut state.d[w.d..w.d + n.d]);
-    }
-    if let Some(rest) = &plan.rest {
-        state.x.copy_from_slice(&rest.x);
-    }
-    for &(lane, value) in &plan.constants {
-        state.sig[lane as usize] = value;
-    }
-    state
-}
-
 impl Simulation {
     /// What the field at a path shows at present; `None` when the phase has no such field, or one of other data.
     /// As long as it is kept, the field copies its data when it changes them.
@@ -218,45 +195,6 @@ impl Simulation {
     /// What a field shows: that of a part, by its place in the plan.
     pub(crate) fn shown(&self, block: u32) -> Option<crate::field::Shown> {
         self.blocks.get(block as usize)?.shown()
-    }
-
-    /// A run of one plan, at time zero, with the work of tick 0 done. What fails there is told by
-    /// [`Simulation::check`] and by the first step.
-    pub fn new(plan: Arc<Plan>) -> Self {
-        Self::of(Arc::new(Program::single(plan)))
-    }
-
-    /// A run of a program, at time zero in its first phase.
-    pub fn of(program: Arc<Program>) -> Self {
-        let plan = program.phases[0].plan.clone();
-        let (blocks, mut state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
-        state.entered = vec![f64::INFINITY; program.phases.len()];
-        state.entered[0] = 0.0;
-        let (moved, broken) = (Vec::new(), None);
-        let (profile, interrupt) = (None, None);
-        let notices = notices::Notices::default();
-        let observed = None;
-        #[rustfmt::skip]
-        let mut sim = Simulation {
-            program, plan, state, blocks, work, moved, notices, broken, profile, observed, interrupt,
-        };
-        match sim.first_row() {
-            Ok(()) => sim.judge(),
-            Err(stopped) => sim.broken = Some(Box::new(sim.stopped(stopped))),
-        }
-        sim
-    }
-
-    /// Everything once, in order; then the updates that are due at tick 0.
-    fn first_row(&mut self) -> Result<(), Stopped> {
-        let plan = self.plan.clone();
-        self.replaced();
-        let now = self.next(Evaluation::Tick);
-        let State { x, d, sig, .. } = &mut self.state;
-        let all: Vec<u32> = (0..plan.ops.len() as u32).collect();
-        evaluate::run_all_now(&mut self.blocks, &plan, &all, &now, (x, d, sig), None)?;
-        self.updates(&plan, &now)?;
-        self.arm()
     }
 
     /// One more evaluation at this instant.
@@ -290,7 +228,7 @@ impl Simulation {
 
     fn updates(&mut self, plan: &Plan, now: &Now) -> Result<(), Stopped> {
         let work = &plan.works[plan.table[self.state.row as usize].work as usize];
-        let State { x, d, sig, pins, .. } = &mut self.state;
+        let State { x, d, sig, pins, guards, .. } = &mut self.state;
         let pins = pins.as_deref();
         for &k in &work.updates {
             let outcome = self.blocks[k as usize].update(now, x, d, sig);
@@ -309,7 +247,8 @@ impl Simulation {
         }
         if work.refresh {
             let lanes = (&x[..], &mut d[..], &mut sig[..]);
-            evaluate::run_all_now(&mut self.blocks, plan, &plan.continuous_ops, now, lanes, pins)?;
+            let (ops, guards) = (&plan.continuous_ops, (&guards[..], &mut self.work.middle[..]));
+            evaluate::run_all_now(&mut self.blocks, plan, ops, now, lanes, pins, guards)?;
         }
         Ok(())
     }
@@ -319,9 +258,9 @@ impl Simulation {
     /// # Errors
     /// The first bad variable, when a state is no number or ran away; a part that failed; a service that could not answer.
     pub fn step(&mut self) -> Result<(), RunError> {
-        let plan = self.plan.clone();
         let from = self.state.tick;
-        while let Stop::Watched(_) = self.go_to_row(&plan)? {
+        // An event may move the run to another plan.
+        while let Stop::Watched(_) = self.step_watched()? {
             if self.state.tick != from && self.state.since == 0.0 && !self.is_due() {
                 break;
             }
@@ -436,9 +375,10 @@ impl Simulation {
         }
         let now = self.next(Evaluation::Tick);
         let work = &plan.works[plan.table[self.state.row as usize].work as usize];
-        let State { x, d, sig, pins, .. } = &mut self.state;
+        let State { x, d, sig, pins, guards, .. } = &mut self.state;
         let lanes = (&x[..], &mut d[..], &mut sig[..]);
-        evaluate::run_all_now(&mut self.blocks, plan, &work.ops, &now, lanes, pins.as_deref())?;
+        let (pins, guards) = (pins.as_deref(), (&guards[..], &mut self.work.middle[..]));
+        evaluate::run_all_now(&mut self.blocks, plan, &work.ops, &now, lanes, pins, guards)?;
         self.updates(plan, &now)?;
         if plan.guards.is_empty() { Ok(()) } else { self.look(plan) }
     }
@@ -494,7 +434,7 @@ impl Simulation {
     /// Whether a condition over the variables of the program holds at present.
     pub fn holds(&self, condition: &Condition) -> bool {
         let time = self.time();
-        let times = Times { time, phase: time - self.state.began };
+        let times = Times { time, phase: time - self.state.began() };
         condition.holds(times, |place| self.value(place))
     }
 
@@ -533,10 +473,11 @@ impl Simulation {
     fn refresh(&mut self) -> Result<(), Stopped> {
         let plan = self.plan.clone();
         let now = self.next(Evaluation::Tick);
-        let State { x, d, sig, pins, .. } = &mut self.state;
+        let State { x, d, sig, pins, guards, .. } = &mut self.state;
         let lanes = (&x[..], &mut d[..], &mut sig[..]);
+        let (pins, guards) = (pins.as_deref(), (&guards[..], &mut self.work.middle[..]));
         let ops = &plan.continuous_ops;
-        evaluate::run_all_now(&mut self.blocks, &plan, ops, &now, lanes, pins.as_deref())?;
+        evaluate::run_all_now(&mut self.blocks, &plan, ops, &now, lanes, pins, guards)?;
         if self.broken.is_some() {
             self.judge();
         }
@@ -569,6 +510,7 @@ impl Simulation {
 
     /// A flag that stops a step before its row when it is set, between two steps of the integrator: a row of an hour may take a
     /// million of them. [`Simulation::step_watched`] then gives [`Stop::Interrupted`]; the run may be saved there, and continues with the next step.
+    /// Where a part has its own stepping method (contact), which goes from row to row, the run stops at the row.
     pub fn interrupt_by(&mut self, flag: Arc<AtomicBool>) {
         self.interrupt = Some(flag);
     }

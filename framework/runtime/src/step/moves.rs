@@ -4,7 +4,7 @@ use super::evaluate::Stopped;
 use super::pins;
 use super::{GuardState, RunError, Simulation, State, Work, evaluate, initial, show};
 use crate::block::{Carried, Evaluation, Failure, Now, OldState};
-use crate::plan::{Op, Place, Plan, Role};
+use crate::plan::{Fires, GuardPlan, Op, Place, Plan, Role};
 use crate::program::Program;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -44,8 +44,14 @@ impl Route {
         let paths: BTreeMap<&str, u32> =
             from.parts.iter().zip(0..).map(|(p, k)| (p.path.as_str(), k)).collect();
         let here: BTreeSet<&str> = to.parts.iter().map(|p| p.path.as_str()).collect();
+        let kind = |g: &GuardPlan| matches!(g.fires, Fires::Watch { .. });
         let guards = from.guards.iter().zip(0..).filter(|(g, _)| !g.level());
-        let guards: BTreeMap<&str, u32> = guards.map(|(g, k)| (g.name.as_str(), k)).collect();
+        let guards: BTreeMap<(bool, &str), u32> =
+            guards.map(|(g, k)| ((kind(g), g.name.as_str()), k)).collect();
+        let same = |g: &GuardPlan| match g.level() {
+            true => None,
+            false => guards.get(&(kind(g), g.name.as_str())).copied(),
+        };
         let mut signals = Vec::new();
         for (path, v) in &*to.lanes {
             let (Place::Signal(k), Role::Output | Role::Free) = (v.place, v.role) else { continue };
@@ -58,7 +64,7 @@ impl Route {
         Route {
             parts: to.parts.iter().map(|p| paths.get(p.path.as_str()).copied()).collect(),
             signals,
-            guards: to.guards.iter().map(|g| guards.get(g.name.as_str()).copied()).collect(),
+            guards: to.guards.iter().map(same).collect(),
             gone: paths.iter().filter(|(p, _)| !here.contains(*p)).map(|(_, k)| *k).collect(),
         }
     }
@@ -100,7 +106,17 @@ impl Simulation {
     fn go_over_to(&mut self, program: Arc<Program>, phase: u32) -> Result<MoveReport, RunError> {
         let plan = program.phases[phase as usize].plan.clone();
         let route = Route::new(&self.plan, &plan);
-        let report = self.go_over(&plan, phase, &route).map_err(|stopped| self.stopped(stopped))?;
+        // Phases begin once, whatever their place in a program: their times go over by name.
+        let begun = |name: &str| {
+            let k = self.program.phases.iter().position(|old| old.name == name);
+            k.and_then(|k| self.state.entered.get(k)).copied().unwrap_or(f64::INFINITY)
+        };
+        let mut entered: Vec<f64> = program.phases.iter().map(|p| begun(&p.name)).collect();
+        if program.phases[phase as usize].name != self.phase() {
+            entered[phase as usize] = self.time();
+        }
+        let report = self.go_over(&plan, (phase, entered), &route);
+        let report = report.map_err(|stopped| self.stopped(stopped))?;
         self.program = program;
         Ok(report)
     }
@@ -110,14 +126,13 @@ impl Simulation {
         let plan = self.program.phases[to as usize].plan.clone();
         let from = self.phase().to_string();
         let program = self.program.clone();
+        let mut entered = self.state.entered.clone();
+        entered[to as usize] = self.time();
+        let into = (to, entered);
         let report = match program.routes.get(&(self.state.phase, to)) {
-            Some(route) => self.go_over(&plan, to, route)?,
-            None => self.go_over(&plan, to, &Route::new(&self.plan, &plan))?,
+            Some(route) => self.go_over(&plan, into, route)?,
+            None => self.go_over(&plan, into, &Route::new(&self.plan, &plan))?,
         };
-        let t = self.time();
-        if let Some(entered) = self.state.entered.get_mut(to as usize) {
-            *entered = t;
-        }
         self.hear_new(&plan, &report.new);
         // Nobody may ever ask: the oldest go.
         if self.moved.len() >= MOVES_KEPT {
@@ -130,14 +145,11 @@ impl Simulation {
     fn go_over(
         &mut self,
         plan: &Arc<Plan>,
-        phase: u32,
+        (phase, entered): (u32, Vec<f64>),
         route: &Route,
     ) -> Result<MoveReport, Stopped> {
         let mut report = MoveReport::default();
-        let mut state = State { phase, micro: self.state.micro, ..initial(plan) };
-        state.began = self.time();
-        state.entered.clone_from(&self.state.entered);
-        state.held.clone_from(&self.state.held);
+        let mut state = State { phase, entered, micro: self.state.micro, ..initial(plan) };
         place_in_time(&self.state, &self.plan, &mut state, plan);
         let mut blocks = self.new_blocks(plan);
         let mut whole = vec![false; plan.parts.len()];
@@ -230,13 +242,15 @@ impl Simulation {
             pins.hold(x, d, sig);
         }
         let (x, d, sig) = (&x[..], &mut d[..], &mut sig[..]);
+        let unseen = || (&[][..], &mut [][..]);
         for (k, (op, due)) in (0..).zip(plan.ops.iter().zip(due)) {
             let fresh = match op {
                 Op::Moore(k) | Op::Direct(k) => !whole[*k as usize],
                 Op::Sum(_) | Op::Loop(_) => true,
             };
             if due || fresh {
-                evaluate::run_all_now(&mut blocks, plan, &[k], &now, (x, d, sig), pins)?;
+                let lanes = (x, &mut *d, &mut *sig);
+                evaluate::run_all_now(&mut blocks, plan, &[k], &now, lanes, pins, unseen())?;
             }
         }
         // New sampled parts whose tick is now.
@@ -266,10 +280,17 @@ impl Simulation {
         }
         if changed {
             let ops = &plan.continuous_ops;
-            evaluate::run_all_now(&mut blocks, plan, ops, &now, (x, d, sig), pins)?;
+            evaluate::run_all_now(&mut blocks, plan, ops, &now, (x, d, sig), pins, unseen())?;
         }
-        let old: Vec<Option<GuardState>> =
-            route.guards.iter().map(|g| g.map(|j| self.state.guards[j as usize])).collect();
+        // A part that starts anew starts with new guards, also where another part had its path.
+        let goes_on = |guard: &GuardPlan| match guard.fires {
+            Fires::Part { block, .. } => whole[block as usize],
+            Fires::Transition { .. } | Fires::Watch { .. } => true,
+        };
+        let old: Vec<Option<GuardState>> = (route.guards.iter().zip(&plan.guards))
+            .map(|(old, guard)| old.filter(|_| goes_on(guard)))
+            .map(|old| old.map(|j| self.state.guards[j as usize]))
+            .collect();
         (self.plan, self.state, self.blocks, self.work) = (plan.clone(), state, blocks, work);
         self.arm()?;
         for ((new, old), guard) in self.state.guards.iter_mut().zip(old).zip(&plan.guards) {

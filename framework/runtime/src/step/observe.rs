@@ -130,7 +130,7 @@ impl Stretch<'_> {
 
     /// Returns the time of an instant in it, and the time since the phase began.
     pub fn times(&self, t: f64) -> Times {
-        Times { time: t, phase: t - self.sim.state.began }
+        Times { time: t, phase: t - self.sim.state.began() }
     }
 
     /// Returns its length (s).
@@ -240,7 +240,7 @@ impl Simulation {
     /// Passes the present instant to the observer.
     pub fn observe_now(&mut self) {
         let time = self.time();
-        let t = Times { time, phase: time - self.state.began };
+        let t = Times { time, phase: time - self.state.began() };
         if let Some(observed) = &mut self.observed {
             let State { x, d, sig, phase, entered, .. } = &self.state;
             observed.phases[*phase as usize].read(entered, x, d, sig, &mut observed.start);

@@ -303,7 +303,8 @@ impl Simulation {
         let before = self.state.clone();
         self.state.pins = Pins::of(values);
         self.hold();
-        self.refresh().map_err(|stopped| {
+        let plan = self.plan.clone();
+        self.refresh().and_then(|()| self.look(&plan)).map_err(|stopped| {
             let e = self.stopped(stopped);
             self.state.copy_from(&before);
             self.replaced();

@@ -120,7 +120,8 @@ fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
     };
     let all: Vec<u32> = (0..plan.ops.len() as u32).collect();
     let State { x, d, sig, .. } = &mut state;
-    if evaluate::run_all_now(&mut blocks, plan, &all, &now, (x, d, sig), None).is_err() {
+    let unseen = (&[][..], &mut [][..]);
+    if evaluate::run_all_now(&mut blocks, plan, &all, &now, (x, d, sig), None, unseen).is_err() {
         return End::Fails;
     }
     let Work { integrator, xdot, .. } = &mut work;

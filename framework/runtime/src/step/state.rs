@@ -10,8 +10,7 @@ pub struct GuardState {
     pub value: f64,
     /// Its change over the last step.
     pub change: f64,
-    /// Distance on the old side of zero that still counts as the instant of its event, because guards that cross within 1 ns
-    /// are one instant.
+    /// Distance from zero that still counts as round-off at the instant of its event: how far it moves in 2 ns.
     pub slack: f64,
     /// The side on which it was seen last: −1 below, 1 above; 0 after it has fired, until a step has shown on which side it is.
     pub side: i8,
@@ -39,12 +38,8 @@ pub struct State {
     pub micro: u32,
     /// Which configuration of the program.
     pub phase: u32,
-    /// When the present phase began (s).
-    pub began: f64,
     /// Lists when each phase of the program began last (s); infinite before it has begun.
     pub entered: Vec<f64>,
-    /// Lists when each condition that the run watches ([`crate::PhaseSpec::watches`]) held first (s); infinite before.
-    pub held: Vec<f64>,
     /// What the integrator remembers from step to step.
     pub memory: Memory,
     /// Continuous lanes.
@@ -60,14 +55,18 @@ pub struct State {
 }
 
 impl State {
+    /// Returns when the present phase began (s).
+    pub fn began(&self) -> f64 {
+        self.entered.get(self.phase as usize).copied().unwrap_or(0.0)
+    }
+
     /// Copies without allocating when the lengths are equal.
     pub fn copy_from(&mut self, other: &State) {
-        let State { tick, row, since, micro, phase, began, memory, .. } = other;
-        let State { entered, held, x, d, sig, guards, pins, .. } = other;
+        let State { tick, row, since, micro, phase, memory, .. } = other;
+        let State { entered, x, d, sig, guards, pins, .. } = other;
         (self.tick, self.row, self.since, self.micro) = (*tick, *row, *since, *micro);
-        (self.phase, self.began, self.memory) = (*phase, *began, *memory);
+        (self.phase, self.memory) = (*phase, *memory);
         self.entered.clone_from(entered);
-        self.held.clone_from(held);
         self.x.clone_from(x);
         self.d.clone_from(d);
         self.sig.clone_from(sig);

@@ -99,7 +99,8 @@ impl Simulation {
                 );
             }
         }
-        self.refresh().and_then(|()| self.go_back()).map_err(|stopped| {
+        let plan = self.plan.clone();
+        self.refresh().and_then(|()| self.look(&plan)).map_err(|stopped| {
             let e = self.stopped(stopped);
             // As it was; that could be evaluated.
             match v.place {

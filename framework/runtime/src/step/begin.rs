@@ -1,0 +1,100 @@
+//! The start of a run: the first state, the first evaluation, and the events and the work of tick 0.
+use super::evaluate::{self, Stopped};
+use super::{GuardState, Simulation, State, Work, blocks_of, notices};
+use crate::block::Evaluation;
+use crate::plan::{Fires, Plan};
+use crate::program::Program;
+use std::sync::Arc;
+
+/// The state of a plan before the first evaluation.
+pub(crate) fn initial(plan: &Plan) -> State {
+    let mut state = State {
+        tick: plan.table.first().map_or(0, |r| r.at),
+        x: vec![0.0; plan.sizes.x],
+        d: vec![0.0; plan.sizes.d],
+        sig: vec![0.0; plan.sizes.sig],
+        guards: vec![GuardState::default(); plan.guards.len()],
+        entered: vec![0.0],
+        ..State::default()
+    };
+    for part in &plan.parts {
+        let (w, n) = (&part.wiring, part.lanes());
+        part.prototype.initial(&mut state.x[w.x..w.x + n.x], &mut state.d[w.d..w.d + n.d]);
+    }
+    if let Some(rest) = &plan.rest {
+        state.x.copy_from_slice(&rest.x);
+    }
+    for &(lane, value) in &plan.constants {
+        state.sig[lane as usize] = value;
+    }
+    state
+}
+
+impl Simulation {
+    /// A run of one plan, at time zero, with the work of tick 0 done. What fails there is told by
+    /// [`Simulation::check`] and by the first step.
+    pub fn new(plan: Arc<Plan>) -> Self {
+        Self::of(Arc::new(Program::single(plan)))
+    }
+
+    /// A run of a program, at time zero in its first phase. Guards of parts that are due there have fired.
+    pub fn of(program: Arc<Program>) -> Self {
+        let plan = program.phases[0].plan.clone();
+        let (blocks, mut state, work) = (blocks_of(&plan), initial(&plan), Work::new(&plan));
+        state.entered = vec![f64::INFINITY; program.phases.len()];
+        state.entered[0] = 0.0;
+        let (moved, broken) = (Vec::new(), None);
+        let (profile, interrupt) = (None, None);
+        let notices = notices::Notices::default();
+        let observed = None;
+        #[rustfmt::skip]
+        let mut sim = Simulation {
+            program, plan, state, blocks, work, moved, notices, broken, profile, observed, interrupt,
+        };
+        match sim.first_row() {
+            Ok(()) => sim.judge(),
+            Err(stopped) => sim.broken = Some(Box::new(sim.stopped(stopped))),
+        }
+        sim
+    }
+
+    /// Fires the guards of parts that are due at the start, so that the first row shows what follows from them; returns whether
+    /// there were any. Transitions and watched conditions stay due.
+    fn first_events(&mut self) -> Result<bool, Stopped> {
+        let plan = self.plan.clone();
+        let mut any = false;
+        while let Some(k) = self.state.guards.iter().position(GuardState::is_due)
+            && matches!(plan.guards[k].fires, Fires::Part { .. })
+        {
+            self.fire()?;
+            any = true;
+        }
+        Ok(any)
+    }
+
+    /// Everything once, in order; the events that are due at the start; then the updates that are due at tick 0, and what jumps by
+    /// them.
+    fn first_row(&mut self) -> Result<(), Stopped> {
+        let plan = self.plan.clone();
+        self.replaced();
+        let now = self.next(Evaluation::Tick);
+        let State { x, d, sig, .. } = &mut self.state;
+        let all: Vec<u32> = (0..plan.ops.len() as u32).collect();
+        let unseen = (&[][..], &mut [][..]);
+        evaluate::run_all_now(&mut self.blocks, &plan, &all, &now, (x, d, sig), None, unseen)?;
+        self.arm()?;
+        let fired = self.first_events();
+        if let Ok(true) = fired {
+            let now = self.next(Evaluation::Tick);
+            let State { x, d, sig, guards, .. } = &mut self.state;
+            let lanes = (&x[..], &mut d[..], &mut sig[..]);
+            let guards = (&guards[..], &mut self.work.middle[..]);
+            evaluate::run_all_now(&mut self.blocks, &plan, &all, &now, lanes, None, guards)?;
+        }
+        let now = self.next(Evaluation::Tick);
+        self.updates(&plan, &now)?;
+        self.look(&plan)?;
+        // What stops the run stays due; the state is whole, for who puts it right.
+        fired.and_then(|_| self.first_events()).map(|_| ())
+    }
+}

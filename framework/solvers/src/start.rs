@@ -1,0 +1,375 @@
+//! A consistent start: coordinates and rates that close all loops and couplings and keep what is given.
+//!
+//! ```text
+//! d(q) = 0          q ← q ⊕ Δ,  G Δ = −d       Newton's method over the coordinates that may move
+//! ḋ(q, β) = 0       β ← β + Δ,  G Δ = −ḋ       once: rates are linear
+//! Δ                 the least one: Σ Δ² over rad and m alike
+//! ```
+//! All constraints are rows here and masses do not enter, so that the start is the same for every [`Treatment`]. Kept coordinates
+//! have no column in G. Where no other coordinate says on which branch the machine is, it is followed from the neutral configuration
+//! in small steps, closed at each. Else Newton's method begins at the given configuration.
+use crate::constrained::{ConstrainedSolver, greater, named};
+use linkwork_dynamics::units::Treatment;
+use linkwork_dynamics::{Tree, Workspace, kinematics};
+use linkwork_multibody::{ConstraintId, LoopMotion};
+
+/// Coordinates and rates of a start that are kept, each by its place among the rates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Kept {
+    /// Coordinates that keep their values. Those of a free or ball hinge are kept by its rates: rotation, then position.
+    pub positions: Vec<bool>,
+    /// Rates that keep their values.
+    pub rates: Vec<bool>,
+}
+
+/// A start that cannot be closed with what is kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StartError {
+    /// The constraint with the greatest error, as ``loop `NAME` ``, and which it is.
+    pub constraint: (String, ConstraintId),
+    /// Whether rates are at fault, and not positions.
+    pub rates: bool,
+    /// Error that is left with what is kept: rad or m, or per second.
+    pub left: f64,
+    /// The nearest closed values, with nothing kept: coordinates, or rates. `None` where there are none near either.
+    pub nearest: Option<Vec<f64>>,
+}
+
+/// Errors below this are closed, rad or m, and per second relative to the rates.
+const CLOSED: f64 = 1e-12;
+/// Most Newton steps.
+const STEPS: usize = 50;
+/// Longest step of a coordinate on the way from the neutral configuration, rad or m, and most of such steps.
+const PIECE: f64 = 0.1;
+const PIECES: usize = 300;
+/// Kept values that are this near to closed ones (rad, m, and relative of rates) are rounded: they move by that.
+pub const ROUNDED: f64 = 1e-3;
+
+/// Closes a start: moves q (nq) and then β (nv) onto all loops and couplings. What `kept` names, and prescribed coordinates and rates,
+/// keep their values; values that are kept and miss by no more than [`ROUNDED`] are taken for rounded and move, too.
+///
+/// Cubic in the rows that meet, and once the kinematics for each rate in a Newton step; nothing but the errors is evaluated where the
+/// start is closed.
+///
+/// # Errors
+/// [`StartError`]; q and β are then as they were given.
+pub fn close_start(
+    tree: &Tree,
+    motions: &[LoopMotion],
+    kept: &Kept,
+    q: &mut [f64],
+    v: &mut [f64],
+) -> Result<(), StartError> {
+    let mbs = tree.multibody();
+    if mbs.constraints().next().is_none() {
+        return Ok(());
+    }
+    let prescribed = mbs.prescribed();
+    let held = |own: &[bool]| -> Vec<bool> {
+        (prescribed.iter().enumerate()).map(|(k, p)| *p || own.get(k) == Some(&true)).collect()
+    };
+    let mut start = Start {
+        tree,
+        motions,
+        ws: Workspace::new(tree),
+        solver: ConstrainedSolver::new(tree, |_| Treatment::Augment),
+    };
+    let mut closed = q.to_vec();
+    start.positions(&held(&kept.positions), &prescribed, &mut closed)?;
+    let mut rates = v.to_vec();
+    start.rates(&closed, &held(&kept.rates), &prescribed, &mut rates)?;
+    q.copy_from_slice(&closed);
+    v.copy_from_slice(&rates);
+    Ok(())
+}
+
+struct Start<'a> {
+    tree: &'a Tree,
+    motions: &'a [LoopMotion],
+    ws: Workspace,
+    solver: ConstrainedSolver,
+}
+
+/// Rows of G, each with the range of its columns that are not zero.
+type Matrix = Vec<(Vec<f64>, [usize; 2])>;
+
+impl Start<'_> {
+    /// d and ḋ of all rows.
+    fn errors(&mut self, q: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let Start { tree, motions, ws, solver } = self;
+        kinematics(tree, ws, q, v);
+        let (mut d, mut rate) = (Vec::new(), Vec::new());
+        for which in 0..tree.multibody().loops().len() {
+            solver.loop_errors(tree, ws, which, motions, |one, of| {
+                d.push(one);
+                rate.push(of);
+            });
+        }
+        for c in tree.multibody().couplings() {
+            let sum: f64 = c.terms.iter().map(|(iq, _, c)| c * q[*iq]).sum();
+            d.push(sum - c.coupling.constant);
+            rate.push(c.terms.iter().map(|(_, iv, c)| c * v[*iv]).sum());
+        }
+        (d, rate)
+    }
+
+    /// G at q: the columns of what is not held.
+    fn matrix(&mut self, q: &[f64], held: &[bool]) -> Matrix {
+        let mut unit = vec![0.0; held.len()];
+        let (_, still) = self.errors(q, &unit);
+        let empty = [usize::MAX, 0];
+        let mut rows: Matrix = still.iter().map(|_| (vec![0.0; held.len()], empty)).collect();
+        for k in (0..held.len()).filter(|k| !held[*k]) {
+            unit[k] = 1.0;
+            let (_, rate) = self.errors(q, &unit);
+            unit[k] = 0.0;
+            for ((row, range), (rate, still)) in rows.iter_mut().zip(rate.iter().zip(&still)) {
+                row[k] = rate - still;
+                if row[k] != 0.0 {
+                    *range = [range[0].min(k), k];
+                }
+            }
+        }
+        rows
+    }
+
+    /// Newton's method over what is not held; the error that is left.
+    fn newton(&mut self, held: &[bool], q: &mut [f64]) -> f64 {
+        let still = vec![0.0; held.len()];
+        let mut trial = q.to_vec();
+        let mut d = self.errors(q, &still).0;
+        let mut error = greatest(&d);
+        let mut steps = 0;
+        while !(error <= CLOSED) && steps < STEPS && error.is_finite() {
+            let step = least(self.matrix(q, held), d.iter().map(|d| -d).collect());
+            let mut scale = 1.0;
+            loop {
+                let part: Vec<f64> = step.iter().map(|s| scale * s).collect();
+                self.tree.multibody().integrate(q, &part, &mut trial);
+                let next = self.errors(&trial, &still).0;
+                if greatest(&next) < error {
+                    error = greatest(&next);
+                    d = next;
+                    q.copy_from_slice(&trial);
+                    break;
+                }
+                scale *= 0.5;
+                if scale < 1e-3 {
+                    return error;
+                }
+            }
+            steps += 1;
+        }
+        error
+    }
+
+    /// From the neutral configuration to what is held, closed at each step; whether it got there.
+    fn follow(&mut self, held: &[bool], q: &mut [f64]) -> bool {
+        let mbs = self.tree.multibody();
+        let mut to = vec![0.0; held.len()];
+        let mut at = q.to_vec();
+        // The held ones at neutral, the others where they are given.
+        mbs.difference(q, &mbs.neutral_q(), &mut to);
+        to.iter_mut().zip(held).filter(|(_, held)| !**held).for_each(|(x, _)| *x = 0.0);
+        mbs.integrate(q, &to, &mut at);
+        let longest = to.iter().fold(0.0, |m, x| greater(m, x.abs()));
+        let pieces = (longest / PIECE).ceil().max(1.0);
+        if !(pieces <= PIECES as f64) {
+            return false;
+        }
+        let back: Vec<f64> = to.iter().map(|x| -x / pieces).collect();
+        let mut next = at.clone();
+        for piece in 0..=pieces as usize {
+            if piece > 0 {
+                mbs.integrate(&at, &back, &mut next);
+                at.copy_from_slice(&next);
+            }
+            if !(self.newton(held, &mut at) <= CLOSED) {
+                return false;
+            }
+        }
+        // Held coordinates to their own bits.
+        let mut off = vec![0.0; held.len()];
+        mbs.difference(&at, q, &mut off);
+        off.iter_mut().zip(held).filter(|(_, held)| !**held).for_each(|(x, _)| *x = 0.0);
+        mbs.integrate(&at, &off, &mut next);
+        q.copy_from_slice(&next);
+        self.newton(held, q) <= CLOSED
+    }
+
+    fn positions(
+        &mut self,
+        held: &[bool],
+        prescribed: &[bool],
+        q: &mut [f64],
+    ) -> Result<(), StartError> {
+        let given = q.to_vec();
+        let still = vec![0.0; held.len()];
+        let left = greatest(&self.errors(q, &still).0);
+        if left <= CLOSED {
+            return Ok(());
+        }
+        // Where nothing says on which side the others are, they come from the neutral configuration.
+        let mut off = still;
+        let mbs = self.tree.multibody();
+        mbs.difference(&mbs.neutral_q(), q, &mut off);
+        let guessed = off.iter().zip(held).any(|(x, held)| !held && *x != 0.0);
+        let left = if !guessed && held.contains(&true) && self.follow(held, q) {
+            return Ok(());
+        } else {
+            q.copy_from_slice(&given);
+            self.newton(held, q)
+        };
+        if left <= CLOSED {
+            return Ok(());
+        }
+        q.copy_from_slice(&given);
+        if guessed && held.contains(&true) && self.follow(held, q) {
+            return Ok(());
+        }
+        q.copy_from_slice(&given);
+        let mut near = given.clone();
+        let closes = self.newton(prescribed, &mut near) <= CLOSED;
+        let mut moved = vec![0.0; held.len()];
+        self.tree.multibody().difference(&given, &near, &mut moved);
+        if closes && most(&moved, held) <= ROUNDED {
+            q.copy_from_slice(&near);
+            return Ok(());
+        }
+        let constraint = self.worst(&given, &vec![0.0; held.len()], false);
+        let nearest = closes.then_some(near);
+        Err(StartError { constraint, rates: false, left, nearest })
+    }
+
+    fn rates(
+        &mut self,
+        q: &[f64],
+        held: &[bool],
+        prescribed: &[bool],
+        v: &mut [f64],
+    ) -> Result<(), StartError> {
+        let scale = v.iter().fold(1.0, |m, x| greater(m, x.abs()));
+        let close = |start: &mut Self, held: &[bool], v: &mut [f64]| -> f64 {
+            let mut left = greatest(&start.errors(q, v).1);
+            // Twice: the second removes round-off.
+            for _ in 0..2 {
+                if left <= CLOSED * scale {
+                    break;
+                }
+                let rate = start.errors(q, v).1;
+                let step = least(start.matrix(q, held), rate.iter().map(|d| -d).collect());
+                v.iter_mut().zip(step).for_each(|(v, d)| *v += d);
+                left = greatest(&start.errors(q, v).1);
+            }
+            left
+        };
+        let given = v.to_vec();
+        // A rate that is not wanted is proportional to the rates; what is left of one that can be closed is round-off.
+        let open = |left: f64| !(left <= 1e-9 * scale);
+        let left = close(self, held, v);
+        if !open(left) {
+            return Ok(());
+        }
+        let mut near = given.clone();
+        let closes = !open(close(self, prescribed, &mut near));
+        let moved: Vec<f64> = given.iter().zip(&near).map(|(a, b)| b - a).collect();
+        if closes && most(&moved, held) <= ROUNDED * scale {
+            v.copy_from_slice(&near);
+            return Ok(());
+        }
+        let constraint = self.worst(q, &given, true);
+        v.copy_from_slice(&given);
+        Err(StartError { constraint, rates: true, left, nearest: closes.then_some(near) })
+    }
+
+    /// The constraint with the greatest error, of positions or of rates.
+    fn worst(&mut self, q: &[f64], v: &[f64], rates: bool) -> (String, ConstraintId) {
+        let (d, rate) = self.errors(q, v);
+        let all = if rates { rate } else { d };
+        let mbs = self.tree.multibody();
+        let (mut at, mut worst) = (0, (f64::NEG_INFINITY, None));
+        for c in mbs.constraints() {
+            let error = greatest(&all[at..at + mbs.rows(c)]);
+            at += mbs.rows(c);
+            if error > worst.0 || worst.1.is_none() {
+                worst = (error, Some(c));
+            }
+        }
+        let c = worst.1.unwrap_or(ConstraintId::Loop(0));
+        (named(self.tree, c), c)
+    }
+}
+
+/// The greatest magnitude; NaN wins.
+fn greatest(all: &[f64]) -> f64 {
+    all.iter().fold(0.0, |m, x| greater(m, x.abs()))
+}
+
+/// The greatest motion of what is held.
+fn most(moved: &[f64], held: &[bool]) -> f64 {
+    moved.iter().zip(held).filter(|(_, held)| **held).fold(0.0, |m, (x, _)| greater(m, x.abs()))
+}
+
+/// The least x with G x = b in all rows that are independent: rows are made orthogonal to each other, the largest first.
+fn least(mut rows: Matrix, mut b: Vec<f64>) -> Vec<f64> {
+    let n = rows.first().map_or(0, |(row, _)| row.len());
+    let mut x = vec![0.0; n];
+    let square = |row: &[f64]| row.iter().map(|a| a * a).sum::<f64>();
+    let mut sizes: Vec<f64> = rows.iter().map(|(row, _)| square(row)).collect();
+    let first = sizes.iter().copied().fold(0.0, f64::max);
+    let mut left: Vec<usize> = (0..rows.len()).collect();
+    while let Some(at) = (0..left.len()).max_by(|i, j| {
+        let order = sizes[left[*i]].total_cmp(&sizes[left[*j]]);
+        order.then(j.cmp(i))
+    }) {
+        let k = left.swap_remove(at);
+        if !(sizes[k] > 1e-18 * first) {
+            break;
+        }
+        let (mut q, range) = std::mem::replace(&mut rows[k], (Vec::new(), [usize::MAX, 0]));
+        let norm = sizes[k].sqrt();
+        q.iter_mut().for_each(|a| *a /= norm);
+        let c = b[k] / norm;
+        let span = range[0]..range[1] + 1;
+        x[span.clone()].iter_mut().zip(&q[span.clone()]).for_each(|(x, q)| *x += c * q);
+        for i in &left {
+            let (row, other) = &mut rows[*i];
+            if other[0] > range[1] || range[0] > other[1] {
+                continue;
+            }
+            let f: f64 = row[span.clone()].iter().zip(&q[span.clone()]).map(|(a, q)| a * q).sum();
+            if f != 0.0 {
+                row[span.clone()].iter_mut().zip(&q[span.clone()]).for_each(|(a, q)| *a -= f * q);
+                b[*i] -= f * c;
+                *other = [other[0].min(range[0]), other[1].max(range[1])];
+                sizes[*i] = square(row);
+            }
+        }
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix(rows: &[&[f64]]) -> Matrix {
+        let of = |row: &&[f64]| {
+            let at = |k: &usize| row[*k] != 0.0;
+            let (first, last) = ((0..row.len()).find(at), (0..row.len()).rev().find(at));
+            (row.to_vec(), [first.unwrap_or(usize::MAX), last.unwrap_or(0)])
+        };
+        rows.iter().map(of).collect()
+    }
+
+    /// Two rows and one that is their sum: the least solution is Gᵀ (G Gᵀ)⁻¹ b, by hand.
+    #[test]
+    fn the_least_solution_is_found_with_rows_that_repeat_others() {
+        let rows: [&[f64]; 3] = [&[2.0, -1.0, 0.0], &[0.0, 1.0, 3.0], &[2.0, 0.0, 3.0]];
+        let x = least(matrix(&rows), vec![1.0, 2.0, 3.0]);
+        // G Gᵀ = [5 −1; −1 10], λ = (12, 11)/49.
+        let want = [24.0 / 49.0, -1.0 / 49.0, 33.0 / 49.0];
+        assert!(x.iter().zip(want).all(|(x, y)| (x - y).abs() < 1e-15), "{x:?}");
+        assert_eq!(least(matrix(&[&[0.0, 0.0]]), vec![1.0]), [0.0, 0.0]);
+    }
+}

@@ -1,0 +1,99 @@
+//! Outputs with jumps or corners and no guard: every model of the catalogue that acts between rows is in one of the lists, with the reason
+//! why a step may go across. `jumps.rs` has the models with guards.
+use crate::common;
+use std::collections::BTreeSet;
+
+/// Outputs and derivatives are smooth functions of time, states and inputs.
+const SMOOTH: &[&str] = &[
+    "actuators.differential",
+    "actuators.spring_damper",
+    "basics.constant",
+    "basics.energy_meter",
+    "basics.gain",
+    "basics.integrator",
+    "basics.lag",
+    "basics.path_length",
+    "basics.product",
+    "basics.sine",
+    "basics.sum",
+    "control.wheel_distribution",
+    "flight.drag",
+    "flight.gravity_gradient",
+    "flight.ground_motion",
+    "flight.magnetic_field",
+    "flight.rate_damping",
+    "power.rtg",
+    "power.thermal_link",
+    "power.thermal_node",
+    "sensors.motion",
+];
+
+/// The only jumps are those of a truth value that it reads (`supply`, `brake`, `grip`, a command), or of a number that its source
+/// lets jump: the source ends the step.
+const BY_ITS_INPUT: &[&str] =
+    &["flight.feed_line", "flight.held_thruster", "flight.vector_thrust", "manipulation.finger"];
+
+/// A continuous output with a corner by the motion of what it acts on: no pulse is lost, because the output does not come back by
+/// itself, and adaptive methods take shorter steps there.
+const CORNER_BY_MOTION: &[(&str, &str)] = &[
+    ("actuators.angle_follower", "its greatest rate and acceleration"),
+    ("actuators.dc_motor", "its greatest current, and friction that is smooth at zero"),
+    ("actuators.position_servo", "its greatest torque"),
+    ("actuators.rate_follower", "its greatest acceleration"),
+    ("actuators.rate_servo", "its greatest torque"),
+    ("actuators.soft_stop", "force from the stop on, which grows with the depth"),
+    ("actuators.strut", "no length has no direction"),
+    ("actuators.torque_drive", "its greatest torque"),
+    ("control.desaturation", "no field has no direction"),
+    ("flight.bank_control", "its greatest torque"),
+    ("flight.blow_down", "no more gas than at the start"),
+    ("flight.control_moment_gyro", "its greatest rate"),
+    ("flight.gravity_turn", "no airspeed has no direction"),
+    ("flight.magnetic_torquer", "its greatest dipole"),
+    ("flight.orbit", "the apocentre of an orbit that opens; it acts on nothing"),
+    ("flight.panel_aerodynamics", "panels that turn into the wind"),
+    ("flight.plume", "panels that turn into the jet"),
+    ("flight.slosh", "no spring against the acceleration"),
+    ("flight.station_keeping", "its greatest force"),
+    ("flight.thrust_direction", "its greatest tilt"),
+    ("flight.thrust_vector_control", "its greatest angle"),
+    ("mobility.foot", "ground that is touched"),
+    ("mobility.wheel_rigid", "ground that is touched"),
+    ("mobility.wheel_rigid_quasi_static", "vehicles without inertia: nothing is integrated across"),
+    ("mobility.wheel_rolling", "vehicles without inertia: nothing is integrated across"),
+    ("mobility.wheel_scm", "ground that is touched"),
+    ("mobility.wheel_soil", "ground that is touched"),
+    ("mobility.wheel_soil_quasi_static", "vehicles without inertia: nothing is integrated across"),
+    ("sensors.solar_clock", "where the Sun stands; it acts on nothing"),
+];
+
+/// A jump that drives away from itself, so that it is crossed at most once.
+const JUMPS_APART: &[(&str, &str)] =
+    &[("control.pointing", "half a turn from the target: the shorter way is on either side")];
+
+/// Models that should have a guard and have none yet: a pulse that lies within one step may be missed.
+const NOT_YET: &[(&str, &str)] = &[(
+    "power.solar_panel",
+    "a shadow that is shorter than a step; give it the edges of `flight.radiation_pressure`",
+)];
+
+/// A new model that acts between rows without a guard is put into a list, or gets a guard.
+#[test]
+fn every_model_without_a_guard_is_considered() {
+    let lists = SMOOTH.iter().chain(BY_ITS_INPUT).copied();
+    let with_reasons = CORNER_BY_MOTION.iter().chain(JUMPS_APART).chain(NOT_YET).map(|m| m.0);
+    let all: Vec<&str> = lists.chain(with_reasons).collect();
+    let known: BTreeSet<&str> = all.iter().copied().collect();
+    assert_eq!(known.len(), all.len(), "a model is in two lists");
+    let catalogue = common::catalogue();
+    let without: BTreeSet<&str> = (catalogue.iter())
+        .map(|entry| &entry.description)
+        .filter(|d| !d.functions.guards && !d.functions.update)
+        .filter(|d| d.functions.direct || d.functions.moore || d.functions.deriv)
+        .map(|d| d.name.as_ref())
+        .filter(|name| !name.starts_with("fmi."))
+        .collect();
+    let missing: Vec<_> = without.difference(&known).collect();
+    let gone: Vec<_> = known.difference(&without).collect();
+    assert!(missing.is_empty() && gone.is_empty(), "missing: {missing:?}, gone: {gone:?}");
+}
