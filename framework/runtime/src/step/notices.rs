@@ -73,13 +73,13 @@ impl Simulation {
     pub(super) fn hear_steps(&mut self, plan: &Plan) {
         for &k in &plan.steps {
             if let Some(told) = self.blocks[k as usize].warns() {
-                self.keep(plan, k, told);
+                self.keep_warning(plan, k, told);
             }
         }
     }
 
     #[cold]
-    fn keep(&mut self, plan: &Plan, block: u32, told: BuildError) {
+    fn keep_warning(&mut self, plan: &Plan, block: u32, told: BuildError) {
         let (t, part) = (self.time(), &plan.parts[block as usize]);
         let message = format!("`{}`: {}", part.path, told.message);
         let fault = Fault { message, origin: part.origin, help: told.help };
