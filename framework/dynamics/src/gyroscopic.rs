@@ -6,7 +6,7 @@
 //! moment               ω × J ω − ω̄ × J ω̄                      added to the first, it gives the second
 //! ```
 //! Both invariants are quadratic, and the midpoint rule keeps quadratic invariants. The moment is a couple, so the centre of
-//! mass is not affected. It vanishes for a body that turns about a principal axis.
+//! mass is not affected. It vanishes for rotation about a principal axis.
 
 use crate::linear::{S3, V3};
 use crate::tree::Tree;
@@ -14,7 +14,7 @@ use crate::work::Workspace;
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Vec3};
 
-/// Angle of a step (rad) below which the explicit step gains less than 1e-12 of the energy: it is left as it is.
+/// Angle of a step (rad) below which the explicit step is kept, because it gains less than 1e-12 of the energy.
 const SMALL: f64 = 1e-6;
 /// Steps of Newton's method. A step of 0.1 rad takes three.
 const STEPS: usize = 12;
@@ -35,10 +35,10 @@ impl Workspace {
         w.f = V3::new(wrench.force.x, wrench.force.y, wrench.force.z);
     }
 
-    /// Adds the moment to a body that turns an explicit Euler step of `h` s of its free rotation into a step of the implicit
+    /// Adds a moment to a body, so that an explicit Euler step of `h` s of its free rotation becomes a step of the implicit
     /// midpoint rule. After [`kinematics`](crate::kinematics()), for bodies with a [`Tree::lone_com`]. Returns the angular
     /// acceleration of the free rotation by that rule (rad/s², world axes); `None`, and no moment, for a body that hardly
-    /// turns or that turns so fast that the rule has no solution nearby.
+    /// rotates, and when the rule has no solution near the present rate.
     pub fn add_midpoint_moment(&mut self, tree: &Tree, body: BodyId, h: f64) -> Option<Vec3> {
         let slot = tree.body(body).slot as usize;
         let kin = &self.work.kin[slot];

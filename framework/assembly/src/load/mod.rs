@@ -111,7 +111,7 @@ pub struct Loaded {
     /// One RON text with everything included, expanded and overridden: it loads to the same
     /// `spec` without any other file.
     pub resolved: Resolved,
-    /// By phase, the integrator that contact by impulses replaces.
+    /// Warnings about integrators that contact by impulses replaces.
     pub(crate) replaced: Vec<Fault>,
     /// Files that parameters name and no folder has may be among these texts.
     pub(crate) embedded: Arc<BTreeMap<String, String>>,
@@ -464,8 +464,7 @@ fn unknown(v: &Located, places: &mut Vec<Origin>) {
     }
 }
 
-/// A warning when the mechanism does not advance by the integrator that is written: contact by impulses is a method of its
-/// own.
+/// Returns a warning when contact by impulses steps the mechanism instead of the integrator that is written.
 fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
     let names = Integrator::ALL;
     let (name, _) = names.iter().find(|(_, i)| *i == simulation.integrator)?;

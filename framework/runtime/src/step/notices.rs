@@ -68,7 +68,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Collects the warnings of the blocks that advance by themselves.
+    /// Collects the warnings of the blocks that have their own step method.
     #[inline]
     pub(super) fn hear_steps(&mut self, plan: &Plan) {
         for &k in &plan.steps {

@@ -115,7 +115,7 @@ impl GaussSeidel {
         (sweeps, last)
     }
 
-    /// Makes room for so many groups and degrees of freedom.
+    /// Allocates for the given numbers of groups and degrees of freedom.
     pub fn reserve(&mut self, groups: usize, dofs: usize) {
         super::room(&mut self.r, groups);
         super::room(&mut self.p, groups);

@@ -77,7 +77,7 @@ impl Layout {
         }
     }
 
-    /// Makes room for so many groups, entries and degrees of freedom.
+    /// Allocates for the given numbers of groups, entries and degrees of freedom.
     pub fn reserve(&mut self, groups: usize, entries: usize, dofs: usize) {
         super::room(&mut self.groups, groups);
         super::room(&mut self.at, entries);

@@ -165,7 +165,7 @@ impl Contact {
         Ok(report)
     }
 
-    /// Makes room for problems of so many groups, entries and degrees of freedom, so that none of them allocates.
+    /// Allocates for problems up to the given numbers of groups, entries and degrees of freedom.
     pub(crate) fn reserve(&mut self, groups: usize, entries: usize, dofs: usize) {
         room(&mut self.blocks, groups);
         room(&mut self.trial, groups);

@@ -71,7 +71,7 @@ pub(crate) struct Newton {
     active: Vec<usize>,
     spread: Vec<[f64; 4]>,
     sparse: Sparse,
-    /// Whether the pattern of `sparse` is that of the problem in hand.
+    /// Whether `sparse` has the pattern of the present problem.
     prepared: bool,
 }
 
@@ -139,7 +139,7 @@ impl Newton {
         }
     }
 
-    /// Makes room for so many groups and degrees of freedom.
+    /// Allocates for the given numbers of groups and degrees of freedom.
     pub fn make_room(&mut self, groups: usize, dofs: usize) {
         for x in [&mut self.y, &mut self.trial, &mut self.G, &mut self.step] {
             super::room(x, dofs);

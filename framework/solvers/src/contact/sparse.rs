@@ -8,7 +8,7 @@
 //! ```
 //! H of a sliding contact is not symmetric, but the pattern is. Rows are exchanged within a block only; a block that cannot
 //! be inverted ends the factorization, and a poor step shows in the line search. Blocks have their rows in vectors of four,
-//! filled up with zeros. The pattern is that of all groups, made once for a problem; O(Σ n_k²) blocks, n_k the number of
+//! filled up with zeros. The pattern covers all groups and is made once for a problem; O(Σ n_k²) blocks, n_k the number of
 //! later neighbours of k.
 
 use super::problem::{Problem, fma};
@@ -438,7 +438,7 @@ fn dot(a: &[f64x4], b: &[f64x4]) -> f64 {
     a.iter().zip(b).fold(zero, |sum, (a, b)| a.mul_add(*b, sum)).reduce_add()
 }
 
-/// target −= left · right, where rows of `left` have six numbers in two vectors, and those of `right` two vectors.
+/// Subtracts left · right from `target`. A row of `left` has six numbers in two vectors, a row of `right` two vectors.
 #[inline(always)]
 fn six(target: &mut [f64x4], left: &[f64x4], right: &[f64x4]) {
     let Some(right) = right.first_chunk::<12>() else { return };
@@ -454,7 +454,7 @@ fn six(target: &mut [f64x4], left: &[f64x4], right: &[f64x4]) {
     }
 }
 
-/// The same for any sizes.
+/// Subtracts left · right from `target` for any sizes.
 fn general(
     target: &mut [f64x4],
     left: &[f64x4],
@@ -512,8 +512,7 @@ mod tests {
     use super::super::samples::number;
     use super::*;
 
-    /// Random contacts between clusters of one to seven rates: the solution is that of the dense matrix, and no cluster is
-    /// cut or joined that must not be.
+    /// Random contacts between clusters of one to seven rates give the solution of the dense matrix.
     #[test]
     fn it_solves_what_the_dense_matrix_solves() {
         let mut seed = 17;

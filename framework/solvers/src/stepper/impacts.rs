@@ -1,7 +1,7 @@
 //! Impacts as events within a step.
 //!
-//! Rows are those of the start of the step. Velocities are taken at the instants between steps (v is that of t − h/2), as
-//! semi-implicit Euler does, so that a jump that returns the velocity keeps the energy of a fall exactly:
+//! The rows of the start of the step are used throughout. The velocity v of a step belongs to the instant t − h/2, as in
+//! semi-implicit Euler, so a jump that returns the velocity keeps the energy of a fall exactly:
 //! ```text
 //! r = ṙ₀ + E p                        rate of a row after the impulses so far, p = Σ Eᵀ λ
 //! v(t) = r + a (t + h/2)              a: acceleration of the applied forces; free rotation, which no force does, is in r
@@ -12,11 +12,11 @@
 //!            0 ≤ λn ⊥ v⁺ + e v⁻ ≥ 0, Coulomb friction; others that touch hold without bouncing (e = 0)
 //! repeat     until no gap closes before the end of the step
 //! ```
-//! Contacts that do not approach take no part, so a ball in a row passes on what it got before the next one is asked
+//! Contacts that do not approach take no part, so a ball in a row passes on its impulse before the next ball takes part
 //! (the generalised reflections of B. Smith, D. M. Kaufman, E. Vouga, R. Tamstorf, E. Grinspun, "Reflections on
 //! simultaneous impact", ACM Transactions on Graphics 31, 2012); those that approach together are solved together, so a
-//! flat box stays flat. Without friction ΔE = ½ Σ λ (1 − e) v⁻ ≤ 0. With friction Newton's law may make energy
-//! (T. R. Kane): then the impulses are the mixture of those with e = 0, which never do, and of these, that keeps it.
+//! flat box stays flat. Without friction ΔE = ½ Σ λ (1 − e) v⁻ ≤ 0. With friction Newton's law can make energy (T. R. Kane).
+//! Impulses with e = 0 never do, so the impulses are then mixed with those of e = 0 until the energy is kept.
 
 use super::islands::Islands;
 use super::{Kind, StepError};
@@ -28,19 +28,19 @@ use linkwork_spatial::Vec3;
 /// Events of a step at most, for each contact point. What approaches still is stopped then, without bouncing.
 const EVENTS: usize = 20;
 
-/// Part of the rate below which what is left of it after the forces of the step does not approach.
+/// A contact does not approach when the forces of the step reduce its rate to less than this part.
 const STILL: f64 = 1e-4;
 /// Part of the exchanged energy that counts as rounding.
 const NOISE: f64 = 1e-10;
 
-/// What an impact needs of the step.
+/// The data of the step that impacts use.
 pub(super) struct Scene<'a> {
     pub rows: &'a RowSet,
     pub kinds: &'a [Kind],
     pub cones: &'a [Cone],
     pub points: &'a [ContactPoint],
     pub frames: &'a [[Vec3; 3]],
-    /// Acceleration of each contact point in axes that do not turn, beyond that of its rows, W.
+    /// Acceleration of each contact point that its rows lack in axes that do not rotate, W.
     pub carried: &'a [Vec3],
     /// The part of its acceleration that is free rotation, W.
     pub free_turn: &'a [Vec3],
@@ -53,10 +53,10 @@ pub(super) struct Scene<'a> {
 /// Impulses of impacts, and memory to find them.
 pub(super) struct Impacts {
     solver: Contact,
-    /// Eᵀ of the impulses so far, and −Σ t Eᵀ λ: how much less they move the mechanism in the step than from its start.
+    /// Eᵀ of the impulses so far, and −Σ t Eᵀ λ: the displacement that late impulses lack.
     pub y: Vec<f64>,
     pub lag: Vec<f64>,
-    /// By contact point: impulses on body b, N s, W.
+    /// Impulses on body b of each contact point, N s, W.
     pub impulses: Vec<Vec3>,
     /// By group: E y, and the first row of E lag.
     pub change: Vec<[f64; WIDTH]>,
@@ -75,7 +75,7 @@ pub(super) struct Impacts {
 }
 
 impl Impacts {
-    /// For so many independent rates.
+    /// Creates the memory for a mechanism with the given number of independent rates.
     pub fn new(rates: usize) -> Self {
         let settings = Settings { method: Method::Auto, tolerance: 1e-9, ..Settings::default() };
         Self {

@@ -5,8 +5,8 @@
 //! edges    contacts between two trees
 //! island   the groups of rows on a connected set of nodes; no two islands share an entry of E
 //! ```
-//! Each island is a problem of its own, with rates numbered from 0, so its result does not depend on the other islands.
-//! Bodies without rates of their own (the ground, what is prescribed) connect nothing. A mechanism of one node is one
+//! Each island is a separate problem with rates numbered from 0, so its result does not depend on the other islands.
+//! The ground and prescribed bodies have no rates and connect nothing. A mechanism of one node is one
 //! island, for which nothing is copied.
 
 use crate::contact::{Cone, Factor, room};
@@ -21,7 +21,7 @@ const NONE: u32 = u32::MAX;
 /// The nodes of a mechanism, and the islands of a step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Islands {
-    /// Node of each body; [`NONE`] without rates of its own.
+    /// Node of each body; [`NONE`] for a body without rates.
     node_of_body: Vec<u32>,
     /// Node of each independent rate, and of each constraint.
     node_of_rate: Vec<u32>,

@@ -79,11 +79,11 @@ pub struct ContactStepper {
     y: Vec<f64>,
     impacts: Impacts,
     islands: Islands,
-    /// By island, the velocity that residuals are parts of.
+    /// Velocity of each island to which its residual is relative.
     speeds: Vec<f64x4>,
-    /// By contact point, what the acceleration of its rows lacks in axes that do not turn, W.
+    /// Acceleration of each contact point that its rows lack in axes that do not rotate, W.
     carried: Vec<Vec3>,
-    /// By contact point, the part of its acceleration that is free rotation, W.
+    /// Acceleration of each contact point by free rotation, W.
     free_turn: Vec<Vec3>,
     dq: Vec<f64>,
     q_next: Vec<f64>,

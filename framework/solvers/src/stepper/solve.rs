@@ -8,7 +8,7 @@ use linkwork_dynamics::units::{RowSet, WIDTH};
 use wide::f64x4;
 
 impl ContactStepper {
-    /// Solves the problem of each island; Eᵀ λ goes to `y`. The report is that of the worst.
+    /// Solves the problem of each island; Eᵀ λ goes to `y`. Reports the worst island.
     pub(super) fn solve(&mut self) -> Result<Report, StepError> {
         self.y.fill(0.0);
         if !self.islands.several() || self.islands.len() == 0 {
@@ -52,8 +52,8 @@ impl ContactStepper {
         report
     }
 
-    /// Displacements into `dq` beside those of the velocities: what late impacts move less, and the way out of
-    /// penetration, with the same rows as motions, without friction. `y` are impulses of the step over its length.
+    /// Writes displacements in addition to the velocities into `dq`: the part that late impacts lack, and displacements
+    /// out of penetration, with the same rows as motions, without friction. `y` are impulses of the step over its length.
     pub(super) fn push_out(&mut self, tree: &Tree, h: f64, impacts: bool) -> Result<(), StepError> {
         self.dq.fill(0.0);
         let (slop, part) = (self.settings.slop, self.settings.correction);
@@ -92,7 +92,7 @@ impl ContactStepper {
         Ok(())
     }
 
-    /// Adds the way out of penetration to `y`, island by island where something is deep.
+    /// Adds displacements out of penetration to `y`, for the islands that have any.
     fn find_push(&mut self) -> Result<(), StepError> {
         self.some.clear();
         for (kind, row) in self.kinds.iter().zip(self.rows.groups()) {
@@ -145,8 +145,8 @@ impl ContactStepper {
     }
 }
 
-/// Solves; where Lemke's method, chosen by the user, has no answer, the others do it: what it leaves would be the impulses
-/// of the last step.
+/// Solves a problem. When the user chose Lemke's method and it has no answer, the other methods are used, because the
+/// impulses would otherwise be those of the last step.
 fn answer(
     contact: &mut Contact,
     problem: &Problem,
