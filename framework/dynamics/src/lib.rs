@@ -56,6 +56,7 @@ mod forces;
 mod forward;
 mod forward_derivatives;
 pub mod frames;
+mod gyroscopic;
 mod inverse;
 pub mod inverse_kinematics;
 mod inverse_mass;

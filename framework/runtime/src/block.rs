@@ -165,6 +165,10 @@ pub trait Block: Send {
     fn advance(&mut self, _now: &Now, _h: f64, _x: &mut [f64], _sig: &mut [f64]) -> Outcome {
         Ok(())
     }
+    /// Returns a warning about the last step of [`Block::advance`]; each block warns once in a run.
+    fn warns(&mut self) -> Option<BuildError> {
+        None
+    }
     /// Of a field: itself with its data, as its readers see it.
     fn shown(&self) -> Option<Shown> {
         None

@@ -112,7 +112,7 @@ fn contact_steps() {
     }
     let mut run = s.run();
     let mut most = 0;
-    for _ in 0..800 {
+    for _ in 0..900 {
         most = most.max(run.step(2e-3).contacts);
     }
     let mut seen = 0;

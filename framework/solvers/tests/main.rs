@@ -15,6 +15,8 @@ mod dynamics_support;
 mod flexible_loops;
 mod fully_augmented;
 mod iftomm;
+mod impacts;
+mod islands;
 mod loops;
 mod mechanisms;
 mod planar_rover;

@@ -93,7 +93,9 @@ def test_a_ball_bounces_to_e_squared_of_its_height():
         assert np.allclose(gained, step.impulses.sum(axis=0) + [0, 0, -mass * G * dt], atol=1e-10)
         if step.impacts:
             bounced += 1
-            assert step.impulses[0, 2] == pytest.approx(mass * (1 + e) * -v[5], rel=1e-3)
+            # The speed at the instant of the impact: gravity acts until then, half a step more than `v` says.
+            least = mass * (1 + e) * -v[5]
+            assert least < step.impulses[0, 2] < least + mass * (1 + e) * 1.5 * G * dt + 1e-9
             assert step.v[5] == pytest.approx(-e * v[5], abs=2 * G * dt)
         q, v = step.q, step.v
         if bounced:

@@ -2,6 +2,7 @@
 
 mod errors;
 mod grasp;
+mod impacts;
 mod machines;
 mod manipulation;
 mod pages;

@@ -247,6 +247,50 @@ fn a_step_too_long_is_told_with_the_one_that_would_do() {
     assert!(end("6 ms").map_or(true, |y| y.abs() > 1e3));
 }
 
+/// A box on a floor, with more of `contact` and of the simulation.
+fn box_on_floor(contact: &str, more: &str) -> String {
+    format!(
+        r#"Simulation(bodies: {{ "box": (parent: "world", hinge: Free, mass: 1, inertia: Box([0.2, 0.2, 0.2]), initial: (position: [0, 0, 0.15], angular: [3, 2, 1]),
+            shapes: [(shape: Box([0.2, 0.2, 0.2]), collide: true, name: "s")]) }}, colliders: {{ "floor": (on: "world", shape: HalfSpace) }},
+            contact: ({contact}), parts: {{ "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}) }},
+            step: "2 ms", until: "1 s",
+            {more})"#
+    )
+}
+
+#[test]
+fn an_integrator_that_contact_replaces_is_told() {
+    let told = only(&box_on_floor("", "integrator: \"dormand_prince_54\""));
+    assert!(
+        told.starts_with("5: `integrator: dormand_prince_54` does not move the bodies"),
+        "{told}"
+    );
+    assert!(told.contains("write `compliant: true` in `contact`"), "{told}");
+    // What is not written is not replaced, that one is what contact does, and smooth forces are integrated.
+    assert!(warnings(&box_on_floor("", "")).is_empty());
+    assert!(warnings(&box_on_floor("", "integrator: \"semi_implicit_euler\"")).is_empty());
+    assert!(warnings(&box_on_floor("compliant: true", "integrator: \"rk4\"")).is_empty());
+}
+
+/// Once in a run, with the residual and the remedy.
+#[test]
+fn a_contact_step_that_was_not_solved_is_told() {
+    let told = |contact: &str| {
+        let text = box_on_floor(contact, "");
+        let ready = library().text("test.ron", &text).map_err(|f| f.render(false)).unwrap();
+        let mut sim = linkwork_runtime::Simulation::of(std::sync::Arc::new(ready.program));
+        sim.run_until(linkwork_runtime::Seconds::from_decimal(0.5).unwrap()).unwrap();
+        sim.take_notices()
+    };
+    assert!(told("").is_empty());
+    let all = told("method: GaussSeidel, sweeps: 1, tolerance: 1e-12");
+    assert_eq!(all.len(), 1, "{all:?}");
+    let (fact, help) = (&all[0].1.message, all[0].1.help.as_ref().unwrap());
+    assert!(fact.starts_with("`Mechanism`: a contact step was not solved: residual"), "{fact}");
+    assert!(fact.contains("contact points in 1 islands"), "{fact}");
+    assert!(help.starts_with("raise `sweeps`"), "{help}");
+}
+
 /// One report, whatever it is about: a unit, a parameter, a body, a wire, and a plot of a variable that is not there.
 #[test]
 fn mistakes_of_all_kinds_are_in_one_report() {

@@ -31,7 +31,8 @@ use crate::wiring::wires::Wiring;
 use linkwork_collision::Colliders;
 use linkwork_formats::whole_text;
 use linkwork_runtime::{
-    Catalogue, Fault, Faults, Located, Origin, PhaseSpec, Program, Sources, Spec, Value, WatchSpec,
+    Catalogue, Fault, Faults, Integrator, Located, Origin, PhaseSpec, Program, Sources, Spec,
+    Value, WatchSpec,
 };
 use linkwork_solvers::Kept;
 use std::collections::BTreeMap;
@@ -111,6 +112,8 @@ pub struct Loaded {
     /// One RON text with everything included, expanded and overridden: it loads to the same
     /// `spec` without any other file.
     pub resolved: Resolved,
+    /// Warnings about integrators that contact by impulses replaces.
+    pub(crate) replaced: Vec<Fault>,
     /// Files that parameters name and no folder has may be among these texts.
     pub(crate) embedded: Arc<BTreeMap<String, String>>,
 }
@@ -129,11 +132,12 @@ impl Loaded {
         linkwork_runtime::compile_program(&self.phases, catalogue, &files)
     }
 
-    /// What imported files say and the simulation does not do, told at the `import` that brought it; and
-    /// shapes that collide while no phase has contact.
+    /// What imported files say and the simulation does not do, told at the `import` that brought it; integrators that
+    /// contact replaces; and shapes that collide while no phase has contact.
     #[must_use]
     pub fn warnings(&self) -> Vec<Fault> {
         let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
+        all.extend(self.replaced.iter().cloned());
         let touches = |p: &PhaseSpec| {
             p.spec.mechanism().is_some_and(|m| {
                 m.contact.is_some() || m.compliant.is_some() || m.kinematic.is_some()
@@ -316,9 +320,13 @@ fn whole(cx: &mut Cx, name: &str, v: Located, home: Home, options: &Options<'_>)
         }
     });
     let phases = specs.collect();
+    let mut replaced: Vec<Fault> =
+        compiled.iter().flat_map(|(_, loaded, ..)| loaded.replaced.iter().cloned()).collect();
+    // Phases share what none of them changes.
+    replaced.dedup();
     let phase_shapes = compiled.iter().map(|(_, loaded, ..)| loaded.shapes.clone()).collect();
     let (_, loaded, ..) = compiled.into_iter().next()?;
-    Some(Loaded { phases, phase_shapes, resolved: Resolved::new(resolved), ..loaded })
+    Some(Loaded { phases, phase_shapes, replaced, resolved: Resolved::new(resolved), ..loaded })
 }
 
 /// The conditions that a run watches in every phase: `stop_when`.
@@ -464,6 +472,20 @@ fn unknown(v: &Located, places: &mut Vec<Origin>) {
     }
 }
 
+/// Returns a warning when contact by impulses steps the mechanism instead of the integrator that is written.
+fn replaced(simulation: &Settings, origin: Origin) -> Option<Fault> {
+    let names = Integrator::ALL;
+    let (name, _) = names.iter().find(|(_, i)| *i == simulation.integrator)?;
+    if simulation.integrator == Integrator::SemiImplicitEuler {
+        return None;
+    }
+    let fact = format!(
+        "`integrator: {name}` does not move the bodies: with `contact` they advance by semi-implicit Euler, once in a step; the other states are integrated by {name}"
+    );
+    let help = "write `compliant: true` in `contact`, which is integrated like all else, or `integrator: semi_implicit_euler`";
+    Some(Fault::new(origin, fact).help(help))
+}
+
 /// A value from the command line: RON, or else the text itself (`0.7 ohm`, `rk4`).
 fn plain_value(text: &str, origin: Origin) -> Located {
     fn at(v: Located, origin: Origin) -> Located {
@@ -520,6 +542,7 @@ fn assemble(
     }
     sort(&mut settings);
     let simulation = settings::read(cx, &settings);
+    let integrator = settings.get("integrator").map(|i| i.origin);
     let parts = parts(cx, &root);
     let binds = binds(cx, &root);
     let gravity = simulation.gravity.as_ref().map(|g| g.text.clone());
@@ -576,6 +599,11 @@ fn assemble(
         accuracy: simulation.accuracy.clone(),
         seed: simulation.seed,
     };
+    let impulses = spec.mechanism().is_some_and(|m| m.contact.is_some());
+    let replaced = match integrator.filter(|_| impulses) {
+        Some(origin) => replaced(&simulation, origin).into_iter().collect(),
+        None => Vec::new(),
+    };
     let tree = tree(&root, options.catalogue);
     let resolved = resolved::value(root, &files, &settings, &spec, &mechanism.told);
     let loaded = Loaded {
@@ -590,6 +618,7 @@ fn assemble(
         colliders: mechanism.colliders,
         collides: mechanism.collides,
         imports,
+        replaced,
         sources: Sources::default(),
         resolved: Resolved::new(Value::Null),
     };

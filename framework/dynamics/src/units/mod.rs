@@ -30,7 +30,7 @@ mod walk;
 use crate::flexible::Step;
 use crate::tree::{Link, Tree};
 use closure::Closure;
-use linkwork_multibody::{ConstraintId, Coordinate};
+use linkwork_multibody::{BodyId, ConstraintId, Coordinate};
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use closing::Level;
@@ -308,6 +308,25 @@ impl Units {
             links,
         });
         set.n as u32
+    }
+
+    /// The body that each independent rate belongs to, in the order of [`RowSet::dof`]. An aggregate is represented by its
+    /// first body. O(bodies).
+    #[must_use]
+    pub fn bodies_of_rates(&self, tree: &Tree) -> Vec<BodyId> {
+        let ids: Vec<BodyId> = tree.multibody().body_ids().collect();
+        let mut out = Vec::with_capacity(self.independent);
+        let all = self.independent as u32;
+        let ends = self.first.iter().skip(1).chain([&all]);
+        for (unit, end) in self.units.iter().zip(ends) {
+            let slot = match unit {
+                Unit::Link(k) => *k as usize + 1,
+                Unit::Aggregate(i) => self.aggregates[*i as usize].links[0] as usize,
+            };
+            out.resize(*end as usize, ids[tree.body_of(slot)]);
+        }
+        out.reverse();
+        out
     }
 
     /// The constraints that are embedded.

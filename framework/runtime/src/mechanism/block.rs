@@ -10,7 +10,9 @@ use crate::ports::{Lane, NodeState};
 use crate::slopes::{Operation, Slopes};
 use linkwork_dynamics::{Tree, Workspace, forward_dynamics_given_kinematics, kinematics};
 use linkwork_multibody::{BodyId, LoopMotion};
-use linkwork_solvers::{CompliantContact, ConstrainedSolver, ContactStepper, Impulse, Projector};
+use linkwork_solvers::{
+    CompliantContact, ConstrainedSolver, ContactStepper, Impulse, Projector, StepReport,
+};
 use linkwork_spatial::{Force, Vec3};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
@@ -50,12 +52,18 @@ pub(super) struct MechanismBlock {
     pub(super) weights: Vec<f64>,
     /// The store: impulses of the last contacts.
     kept: Vec<Kept>,
+    /// A contact step that was not solved to its tolerance, until the run hears of it once.
+    unsolved: Option<StepReport>,
+    unsolved_told: bool,
 }
 
 #[inline(always)]
 fn put3(sig: &mut [f64], at: usize, v: &Vec3) {
     sig[at..at + 3].copy_from_slice(&[v.x, v.y, v.z]);
 }
+
+/// What contact by impulses reports of all that it does.
+const CONTACT_NUMBERS: usize = 7;
 
 /// A number that no evaluation has.
 pub(super) const NEVER: u64 = u64::MAX;
@@ -90,6 +98,8 @@ impl MechanismBlock {
             dv: vec![0.0; nv],
             weights: vec![0.0; plan.touched.len()],
             kept: Vec::new(),
+            unsolved: None,
+            unsolved_told: false,
             plan,
         }
     }
@@ -487,18 +497,22 @@ impl Block for MechanismBlock {
         }));
         sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
         let [_, _, at, end] = self.outputs();
-        sig[at..at + 6].copy_from_slice(&[
+        sig[at..at + CONTACT_NUMBERS].copy_from_slice(&[
             report.contacts as f64,
             report.penetration.max(0.0),
             report.impacts as f64,
             report.measure.residual,
             report.measure.complementarity,
             f64::from(report.iterations),
+            report.islands as f64,
         ]);
+        if !report.converged && !self.unsolved_told {
+            self.unsolved = Some(report);
+        }
         if let Some(stepper) = &self.stepper {
             let loads = touch::of_impulses(stepper, h);
             let origin = |b| self.ws.body_pose(&self.tree, b).position;
-            let lanes = &mut sig[at + 6..end];
+            let lanes = &mut sig[at + CONTACT_NUMBERS..end];
             touch::put(&self.plan.touched, loads, origin, &mut self.weights, lanes);
         }
         self.put_touches(sig);
@@ -525,6 +539,18 @@ impl Block for MechanismBlock {
         );
         let help = "take `prescribed` out of all but as many hinges as the mechanism has degrees of freedom";
         vec![BuildError::new(fact).help(help)]
+    }
+
+    fn warns(&mut self) -> Option<BuildError> {
+        let report = self.unsolved.take()?;
+        self.unsolved_told = true;
+        let tolerance = self.stepper.as_ref()?.settings.solver.tolerance;
+        let fact = format!(
+            "a contact step was not solved: residual {:.1e} of the greatest velocity where `tolerance` is {tolerance:.1e} ({} contact points in {} islands); `contact.residual` has it for every step",
+            report.measure.residual, report.contacts, report.islands
+        );
+        let help = "raise `sweeps` and `steps` of `contact`, use `method: Auto`, take a shorter step, or accept more with `tolerance`";
+        Some(BuildError::new(fact).help(help))
     }
 
     fn save_store(&self) -> Result<Vec<u8>, String> {

@@ -418,17 +418,34 @@ fn shapes(colliders: &Colliders) -> String {
 const COMPLIANT_REPORTS: usize = 2;
 
 /// What contact reports: name, unit, meaning.
-const CONTACT_REPORTS: [(&str, &str, &str); 6] = [
+const CONTACT_REPORTS: [(&str, &str, &str); 7] = [
     (
         "points",
         "",
         "Contact points: of impulses those looked at in the last step, of forces those that press.",
     ),
     ("penetration", "m", "Deepest penetration; of impulses at the start of the last step."),
-    ("impacts", "", "Impacts of the last step."),
-    ("residual", "", "Residual of the impulses, relative to the greatest velocity."),
+    (
+        "impacts",
+        "",
+        "Impacts with restitution in the last step: instants at which contacts closed.",
+    ),
+    (
+        "residual",
+        "",
+        "Residual of the impulses, relative to the greatest velocity of its island; above `tolerance` the step was not solved.",
+    ),
     ("complementarity", "", "Work that contact forces should not do, relative."),
-    ("iterations", "", "Sweeps, linear systems or pivots of the last step."),
+    (
+        "iterations",
+        "",
+        "Sweeps, linear systems or pivots of the last step; of several islands, the most.",
+    ),
+    (
+        "islands",
+        "",
+        "Constraint islands of the last step: parts of the mechanism that contacts, loops and couplings do not connect.",
+    ),
 ];
 
 /// What rolling reports: name, unit, meaning.

@@ -28,6 +28,7 @@ impl Simulation {
             // Once, as far as the row, however many steps the integrator takes for the other states.
             let moved = self.advance(plan, gap - self.state.since);
             moved.map_err(|failure| self.failed(failure))?;
+            self.hear_steps(plan);
         }
         // k₁ of the first step comes from the signals of this instant, unless parts give averages over the step.
         let mut known = !plan.averages;

@@ -68,6 +68,24 @@ impl Simulation {
         Ok(())
     }
 
+    /// Collects the warnings of the blocks that have their own step method.
+    #[inline]
+    pub(super) fn hear_steps(&mut self, plan: &Plan) {
+        for &k in &plan.steps {
+            if let Some(told) = self.blocks[k as usize].warns() {
+                self.keep_warning(plan, k, told);
+            }
+        }
+    }
+
+    #[cold]
+    fn keep_warning(&mut self, plan: &Plan, block: u32, told: BuildError) {
+        let (t, part) = (self.time(), &plan.parts[block as usize]);
+        let message = format!("`{}`: {}", part.path, told.message);
+        let fault = Fault { message, origin: part.origin, help: told.help };
+        self.notices.add(&part.path, t, fault);
+    }
+
     /// Whether a part finds that a run cannot begin here, or go on from here: every step then says so, until the state is another. All parts are
     /// asked, also those that were there before: a checkpoint of this state is judged in the same way.
     pub(crate) fn judge(&mut self) {

@@ -201,6 +201,9 @@ impl Block for Timed {
     ) -> Option<BuildError> {
         self.inner.tells(now, which, x, d, sig)
     }
+    fn warns(&mut self) -> Option<BuildError> {
+        self.inner.warns()
+    }
     fn shown(&self) -> Option<Shown> {
         self.inner.shown()
     }

@@ -123,15 +123,36 @@ fn humanoid() -> Scene {
 
 /// 20 boxes of three sizes that fall on a heap, turned otherwise in each variant.
 fn pile(variant: u32) -> Scene {
+    let start = |i: u32, f: f64| {
+        Vec3::new(0.12 * (2.1 * f).sin(), 0.12 * (2.1 * f).cos(), 0.15 + 0.14 * f64::from(i))
+    };
+    boxes("20 boxes in a pile", 20, 20 * variant, start)
+}
+
+/// The same boxes, any number, from a block of layers that are three times as wide as high.
+pub fn heap(number: u32) -> Scene {
+    let side = (f64::from(number) / 3.0).cbrt().mul_add(1.5, 0.5).round().max(1.0) as u32;
+    let start = |i: u32, f: f64| {
+        let (x, y, z) = (i % side, i / side % side, i / (side * side));
+        let at = |k: u32| 0.27 * (f64::from(k) - 0.5 * f64::from(side - 1));
+        let aside = Vec3::new((2.1 * f).sin(), (2.1 * f).cos(), 0.0) * 0.03;
+        Vec3::new(at(x), at(y), 0.2 + 0.27 * f64::from(z)) + aside
+    };
+    let mut s = boxes(&format!("heap of {number} boxes"), number, 0, start);
+    s.steps = if number > 300 { 500 } else { 1000 };
+    s
+}
+
+fn boxes(name: &str, number: u32, from: u32, start: impl Fn(u32, f64) -> Vec3) -> Scene {
     let mut b = Builder::new();
     let (mut shapes, mut starts) = (Vec::new(), Vec::new());
-    for i in 0..20 {
-        let f = f64::from(i + 20 * variant);
+    for i in 0..number {
+        let f = f64::from(i + from);
         let half = Vec3::new(0.1, 0.08 + 0.02 * f64::from(i % 3), 0.06 + 0.02 * f64::from(i % 2));
         let m = 1000.0 * half.x * half.y * half.z;
         let (x, y, z) = (half.x * half.x, half.y * half.y, half.z * half.z);
         let J = Mat3::from_diagonal(&(Vec3::new(y + z, x + z, x + y) * (m / 3.0)));
-        let name = format!("box{i:02}");
+        let name = format!("box{i:04}");
         b.body(BodySpec::new(&name, "world").hinge(Hinge::free()).mass(MassProperties::new(
             m,
             Vec3::zeros(),
@@ -139,11 +160,9 @@ fn pile(variant: u32) -> Scene {
         )));
         shapes.push(ColliderSpec::new(&name, &name, Shape::Box { half }));
         let turn = Quat::from_scaled_axis(Vec3::new(0.3 * f.sin(), 0.3 * f.cos(), f));
-        let p =
-            Vec3::new(0.12 * (2.1 * f).sin(), 0.12 * (2.1 * f).cos(), 0.15 + 0.14 * f64::from(i));
-        starts.push((p, turn));
+        starts.push((start(i, f), turn));
     }
-    let mut s = Scene::new("20 boxes in a pile", b.build().expect("boxes"), shapes);
+    let mut s = Scene::new(name, b.build().expect("boxes"), shapes);
     s.meet = Meet::All;
     for (i, (p, r)) in starts.iter().enumerate() {
         s.q[7 * i..7 * i + 3].copy_from_slice(p.as_slice());

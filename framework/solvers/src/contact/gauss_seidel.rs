@@ -115,6 +115,14 @@ impl GaussSeidel {
         (sweeps, last)
     }
 
+    /// Allocates for the given numbers of groups and degrees of freedom.
+    pub fn reserve(&mut self, groups: usize, dofs: usize) {
+        super::room(&mut self.r, groups);
+        super::room(&mut self.p, groups);
+        super::room(&mut self.before, dofs.div_ceil(4));
+        super::room(&mut self.q, dofs.div_ceil(4));
+    }
+
     fn restart(&mut self, groups: usize, vectors: usize) {
         self.p.clear();
         self.p.resize(groups, [0.0; 4]);

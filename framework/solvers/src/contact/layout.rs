@@ -77,6 +77,14 @@ impl Layout {
         }
     }
 
+    /// Allocates for the given numbers of groups, entries and degrees of freedom.
+    pub fn reserve(&mut self, groups: usize, entries: usize, dofs: usize) {
+        super::room(&mut self.groups, groups);
+        super::room(&mut self.at, entries);
+        super::room(&mut self.e, 4 * entries);
+        super::room(&mut self.y, dofs.div_ceil(4));
+    }
+
     fn rows(&self, g: usize) -> Rows<'_> {
         let Region { at, n, e, rows } = self.groups[g];
         Rows { at: &self.at[at..at + n], e: &self.e[e..e + n * rows], rows }

@@ -27,6 +27,7 @@ mod problem;
 mod residual;
 #[cfg(test)]
 mod samples;
+mod sparse;
 
 pub use error::ContactError;
 pub use lemke::Failure;
@@ -114,6 +115,7 @@ pub struct Contact {
     newton: Newton,
     lemke: Lemke,
     trial: Vec<[f64; 4]>,
+    kept: Vec<[f64; 4]>,
     layout: Layout,
 }
 
@@ -163,6 +165,16 @@ impl Contact {
         Ok(report)
     }
 
+    /// Allocates for problems up to the given numbers of groups, entries and degrees of freedom.
+    pub(crate) fn reserve(&mut self, groups: usize, entries: usize, dofs: usize) {
+        room(&mut self.blocks, groups);
+        room(&mut self.trial, groups);
+        room(&mut self.kept, groups);
+        self.layout.reserve(groups, entries, dofs);
+        self.sweeps.reserve(groups, dofs);
+        self.newton.make_room(groups, dofs);
+    }
+
     /// Eᵀ λ of the last answer, by degrees of freedom.
     pub(crate) fn pulled(&self) -> impl Iterator<Item = f64> {
         self.layout.pulled()
@@ -198,14 +210,13 @@ impl Contact {
         if second.converged || Lemke::size(problem, self.settings.directions) > AUTO_ROWS {
             return second;
         }
-        let kept = std::mem::take(&mut self.trial);
-        self.trial.extend_from_slice(&kept);
+        self.kept.clone_from(&self.trial);
         let third = self.polyhedral(problem);
         let polished = if third.converged { third } else { self.semismooth(problem, LEAD) };
         if polished.measure.residual < second.measure.residual {
             return polished;
         }
-        self.trial = kept;
+        self.trial.clone_from(&self.kept);
         second
     }
 
@@ -251,6 +262,11 @@ impl Contact {
         let converged = measure.residual <= self.settings.tolerance;
         Report { method, iterations, measure, converged, failure: None }
     }
+}
+
+/// Capacity for `n` in all.
+pub(crate) fn room<T>(vec: &mut Vec<T>, n: usize) {
+    vec.reserve(n.saturating_sub(vec.len()));
 }
 
 /// Sweeps of Gauss–Seidel before Newton: cheap, and they find most of what touches and slides.

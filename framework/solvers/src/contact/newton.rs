@@ -9,7 +9,8 @@
 //!   G(y) = y − Eᵀ λ(y) = 0
 //! Newton:  (1 + Eᵀ H E) δ = −G,   H = −∂λ/∂v by groups; a sliding contact's is not symmetric
 //!   dof side:  1 + Eᵀ H E, dofs × dofs
-//!   row side:  δ = −G + Eᵀ H w,  (1 + W_aa H_aa) w = E_a G        a: groups with H ≠ 0; the smaller side is taken
+//!   row side:  δ = −G + Eᵀ H w,  (1 + W_aa H_aa) w = E_a G        a: groups with H ≠ 0
+//!   the smaller side, dense, up to `DENSE` unknowns; beyond that the dof side, sparse (sparse.rs)
 //!   y ← y + t δ, t halved until |G|² falls
 //! λᵏ⁺¹ = λ(y), ρ falls while that is easy; else sweeps of Gauss–Seidel from λᵏ, and ρ grows
 //! the limit solves the problem itself: ρ leaves no trace in it
@@ -29,12 +30,15 @@ use super::layout::Layout;
 use super::local::Block;
 use super::problem::{Problem, axpy4, dot4};
 use super::residual::{Measure, measure};
+use super::sparse::Sparse;
 
 /// Proximal weight relative to the compliance of the group: the first is `START` times the residual
 /// of the start, but at most `FIRST`; it falls tenfold as far as `LAST`.
 const START: f64 = 10.0;
 const FIRST: f64 = 1e-2;
 const LAST: f64 = 1e-5;
+/// Unknowns of a dense matrix at most.
+const DENSE: usize = 64;
 /// Newton steps of one proximal problem, and how few of them let the weight fall.
 const INNER: u32 = 12;
 const EASY: u32 = 4;
@@ -66,6 +70,9 @@ pub(crate) struct Newton {
     H: Vec<[[f64; 4]; 4]>,
     active: Vec<usize>,
     spread: Vec<[f64; 4]>,
+    sparse: Sparse,
+    /// Whether `sparse` has the pattern of the present problem.
+    prepared: bool,
 }
 
 impl Newton {
@@ -132,9 +139,23 @@ impl Newton {
         }
     }
 
+    /// Allocates for the given numbers of groups and degrees of freedom.
+    pub fn make_room(&mut self, groups: usize, dofs: usize) {
+        for x in [&mut self.y, &mut self.trial, &mut self.G, &mut self.step] {
+            super::room(x, dofs);
+        }
+        for x in [&mut self.lambda, &mut self.best, &mut self.center] {
+            super::room(x, groups);
+        }
+        super::room(&mut self.spread, dofs);
+        super::room(&mut self.H, groups);
+        super::room(&mut self.active, groups);
+    }
+
     fn reserve(&mut self, problem: &Problem) {
         let (dofs, groups) = (problem.factor.dofs, problem.groups());
-        let n = dofs.min(problem.rows());
+        let n = dofs.min(problem.rows()).min(DENSE);
+        self.prepared = false;
         for x in [&mut self.y, &mut self.trial, &mut self.G, &mut self.step] {
             x.resize(dofs, 0.0);
         }
@@ -214,14 +235,36 @@ impl Newton {
         }
     }
 
-    /// δ = −(1 + Eᵀ H E)⁻¹ G, on the smaller side; false when the matrix is singular.
+    /// δ = −(1 + Eᵀ H E)⁻¹ G; false when the matrix is singular.
     fn direction(&mut self, problem: &Problem) -> bool {
         let rows: usize = self.active.iter().map(|&g| problem.cones[g].rows()).sum();
-        if rows < problem.factor.dofs {
+        let dofs = problem.factor.dofs;
+        if rows.min(dofs) > DENSE {
+            self.sparse_side(problem)
+        } else if rows < dofs {
             self.row_side(problem, rows)
         } else {
             self.dof_side(problem)
         }
+    }
+
+    fn sparse_side(&mut self, problem: &Problem) -> bool {
+        if !self.prepared {
+            self.sparse.prepare(problem);
+            self.prepared = true;
+        }
+        self.sparse.clear();
+        for &g in &self.active {
+            self.sparse.add(problem, g, &self.H[g]);
+        }
+        if !self.sparse.factor() {
+            return false;
+        }
+        for (step, G) in self.step.iter_mut().zip(&self.G) {
+            *step = -G;
+        }
+        self.sparse.solve(&mut self.step);
+        true
     }
 
     fn dof_side(&mut self, problem: &Problem) -> bool {
@@ -362,9 +405,9 @@ mod tests {
     use super::super::samples::{CONES, number};
     use super::*;
 
-    /// (1 + Eᵀ H E) δ = −G, from either side.
+    /// (1 + Eᵀ H E) δ = −G, from each side.
     #[test]
-    fn the_direction_solves_its_equation_on_both_sides() {
+    fn the_direction_solves_its_equation_on_every_side() {
         let mut seed = 8;
         let (dofs, groups) = (11, CONES.len());
         let (mut start, mut dof, mut e) = (vec![0], Vec::new(), Vec::new());
@@ -392,10 +435,12 @@ mod tests {
             newton.active.push(g);
         }
         let rows = problem.rows();
-        for side in 0..2 {
-            let fine =
-                if side == 0 { newton.dof_side(&problem) } else { newton.row_side(&problem, rows) };
-            assert!(fine);
+        for side in 0..3 {
+            assert!(match side {
+                0 => newton.dof_side(&problem),
+                1 => newton.row_side(&problem, rows),
+                _ => newton.sparse_side(&problem),
+            });
             let step = newton.step.clone();
             let mut left = step.clone();
             for g in 0..groups {

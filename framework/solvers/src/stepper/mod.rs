@@ -2,9 +2,10 @@
 //!
 //! ```text
 //! gather                              units of the tree, embedded loops among them
-//! impacts     one after another       v⁺ = −e v⁻ at approaching contacts of bodies that touch
 //! rows        E, v = J β + h J β̇_f    loops and couplings (equality), contacts (Coulomb), limits
 //!                                     (unilateral), dry friction in hinges (bounded)
+//! islands     groups of rows that share no rates are problems of their own (islands.rs)
+//! impacts     as events in the step   v⁺ = −e v⁻ at contacts that close (impacts.rs)
 //! v⁺ = E E* λ + v + gap/h             complementary to λ in each row's cone
 //! y = E* λ, scatter                   β⁺ = β + h β̇_f + M⁻¹ J* λ
 //! q⁺ = q ⊕ h β⁺                       then out of penetration, without touching β⁺
@@ -12,117 +13,32 @@
 //! The velocity of a free hinge has the body's axes. In a step it is that in the axes at the start, so that what
 //! flies keeps its momentum and what rolls stays on the ground, however fast it spins; then it is turned.
 //! The size of the problem is that of the rows, whatever the bodies and hinges. A gap that is still
-//! open may close within the step but not further (unless the contact bounces: then it is left to
-//! close, and the impact is next step's). Penetration is worked off in positions alone, so it
-//! gives no kinetic energy.
+//! open may close within the step but not further. Penetration is worked off in positions alone, so it
+//! gives no kinetic energy, and only as far as the motion of the step does not do it.
 
+mod impacts;
+mod islands;
+mod settings;
+mod solve;
 mod turning;
 
 use crate::constrained::{SolverError, greater, index};
-use crate::contact::{Cone, Contact, ContactError, Factor, Measure, Method, Problem, Settings};
+use crate::contact::{Cone, Contact, Method, Settings};
+use impacts::Impacts;
+use islands::Islands;
 use linkwork_collision::{ColliderId, Colliders, ContactPoint, Hiding, Query, Scratch};
 use linkwork_dynamics::units::{RowSet, Treatment, Units, UnitsWork, WIDTH};
 use linkwork_dynamics::{Tree, Workspace};
-use linkwork_multibody::{ConstraintId, LoopMotion, Multibody};
+use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody};
 use linkwork_spatial::Vec3;
+pub use settings::{ContactSettings, Impulse, JointLimits, StepError, StepReport};
 use std::sync::Arc;
-use thiserror::Error;
 use turning::Turning;
 use wide::f64x4;
 
 /// The part of the velocity that forces alone would give in a step which counts as motion: below it all
 /// rests, and residuals are parts of that.
 const REST: f64 = 0.01;
-
-/// What limits of hinges do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum JointLimits {
-    /// They stop the coordinate, without bouncing.
-    #[default]
-    Stop,
-    /// Nothing.
-    Ignore,
-}
-
-/// How contact is treated.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContactSettings {
-    /// Gaps up to this are looked at, m; of what moves, up to as much more as it covers in a step.
-    pub margin: f64,
-    /// Penetration that is left alone, m: it keeps resting contacts in touch.
-    pub slop: f64,
-    /// Part of the penetration beyond it that is worked off in a step.
-    pub correction: f64,
-    /// Greatest speed of that, m/s.
-    pub push_max: f64,
-    /// Contacts that approach more slowly than this do not bounce, m/s.
-    pub bounce_min: f64,
-    /// Whether limits of hinges hold.
-    pub limits: JointLimits,
-    /// Dry friction of hinges: place in β, force (N m or N).
-    pub dry: Vec<(usize, f64)>,
-    /// The complementarity solver's. Its tolerance is a part of the largest velocity of any row, or of
-    /// 0.01 of what forces alone would give it in the step when that is more.
-    pub solver: Settings,
-}
-
-impl Default for ContactSettings {
-    fn default() -> Self {
-        Self {
-            margin: 1e-3,
-            slop: 1e-4,
-            correction: 0.2,
-            push_max: 1.0,
-            bounce_min: 0.01,
-            limits: JointLimits::Stop,
-            dry: Vec::new(),
-            solver: Settings { tolerance: 1e-3, least: 1, ..Settings::default() },
-        }
-    }
-}
-
-/// Impulse of a contact of the last step: where the next search begins. Part of a run's state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Impulse {
-    /// The colliders.
-    pub pair: (u32, u32),
-    /// The point within the pair.
-    pub feature: u64,
-    /// On the second body, N s, world axes.
-    pub impulse: Vec3,
-}
-
-/// What a step was like.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StepReport {
-    /// Contact points looked at.
-    pub contacts: usize,
-    /// Rows of the problem.
-    pub rows: usize,
-    /// Impacts that were resolved one after another.
-    pub impacts: usize,
-    /// Deepest penetration at the start of the step, m.
-    pub penetration: f64,
-    /// The method whose answer was taken.
-    pub method: Method,
-    /// Its sweeps, linear systems or pivots.
-    pub iterations: u32,
-    /// How far the impulses are from a solution.
-    pub measure: Measure,
-    /// Whether that is within the tolerance.
-    pub converged: bool,
-}
-
-/// Why a step was not made.
-#[derive(Clone, Debug, PartialEq, Error)]
-pub enum StepError {
-    /// Of the mechanism.
-    #[error(transparent)]
-    Solver(#[from] SolverError),
-    /// Of the contact problem.
-    #[error(transparent)]
-    Contact(#[from] ContactError),
-}
 
 /// What a group of rows stands for.
 #[derive(Clone, Copy, Debug)]
@@ -147,6 +63,8 @@ pub struct ContactStepper {
     reach: Vec<f64>,
     points: Vec<ContactPoint>,
     limits: Vec<Limit>,
+    /// Body of each place in β that is a hinge's.
+    bodies: Vec<Option<BodyId>>,
     turning: Turning,
     contact: Contact,
     push: Contact,
@@ -159,9 +77,14 @@ pub struct ContactStepper {
     /// Entries of E with the lanes that `some` has.
     some_e: Vec<[f64; WIDTH]>,
     y: Vec<f64>,
-    impact: Vec<f64>,
-    /// Impulses of impacts by contact point, on body b.
-    impacts: Vec<Vec3>,
+    impacts: Impacts,
+    islands: Islands,
+    /// Velocity of each island to which its residual is relative.
+    speeds: Vec<f64x4>,
+    /// Acceleration of each contact point that its rows lack in axes that do not rotate, W.
+    carried: Vec<Vec3>,
+    /// Acceleration of each contact point by free rotation, W.
+    free_turn: Vec<Vec3>,
     dq: Vec<f64>,
     q_next: Vec<f64>,
     /// λ / h by constraint, and where each begins.
@@ -186,6 +109,15 @@ fn limits(mbs: &Multibody) -> Vec<Limit> {
         if s.v.len() == 1 && (l.lower.is_finite() || l.upper.is_finite()) {
             out.push(Limit { q: s.q.start, v: s.v.start, lower: l.lower, upper: l.upper });
         }
+    }
+    out
+}
+
+/// The body of each place in β; `None` for modes.
+fn bodies(mbs: &Multibody) -> Vec<Option<BodyId>> {
+    let mut out = vec![None; mbs.nv()];
+    for (body, s) in mbs.subhinges() {
+        out[s.v.clone()].fill(Some(body));
     }
     out
 }
@@ -219,6 +151,7 @@ impl ContactStepper {
                 JointLimits::Stop => limits(tree.multibody()),
                 JointLimits::Ignore => Vec::new(),
             },
+            bodies: bodies(tree.multibody()),
             turning: Turning::new(tree.multibody()),
             kinds: Vec::new(),
             frames: Vec::new(),
@@ -228,8 +161,11 @@ impl ContactStepper {
             some: Vec::new(),
             some_e: Vec::new(),
             y: vec![0.0; units.independent()],
-            impact: vec![0.0; units.independent()],
-            impacts: Vec::new(),
+            impacts: Impacts::new(units.independent()),
+            islands: Islands::new(tree, &units),
+            speeds: Vec::new(),
+            carried: Vec::new(),
+            free_turn: Vec::new(),
             dq: vec![0.0; tree.nv()],
             q_next: Vec::with_capacity(tree.nq()),
             forces: vec![0.0; place[place.len() - 1]],
@@ -267,7 +203,7 @@ impl ContactStepper {
     /// beside those of [`ContactStepper::warm`].
     #[must_use]
     pub fn impacts(&self) -> &[Vec3] {
-        &self.impacts
+        &self.impacts.impulses
     }
 
     /// Impulses of the last step for each of [`ContactStepper::points`], impacts left out, N s: on body b, world axes. They belong to the state of a
@@ -302,20 +238,24 @@ impl ContactStepper {
         tau: &mut [f64],
         vdot: &mut [f64],
     ) -> Result<StepReport, StepError> {
-        self.units.gather(tree, ws, &mut self.uw, tau, vdot, motions).map_err(SolverError::from)?;
+        self.turning.hold(tree, ws, h);
+        let gathered = self.units.gather(tree, ws, &mut self.uw, tau, vdot, motions);
+        self.turning.let_go(tree, ws);
+        gathered.map_err(SolverError::from)?;
         self.turning.begin(tree, ws, v);
         self.look(tree, ws, h, hiding);
         self.build(tree, ws, h, (q, v), motions);
-        let impacts = self.bounce()?;
-        let speed = self.free_velocities(h, impacts);
+        let impacts = self.find_impacts(h)?;
+        self.free_velocities(h, impacts > 0);
         self.recall();
-        let factor = factor(&self.rows);
-        let problem = Problem::trusted(factor, &self.cones, &self.b).scaled(speed);
-        let report = self.contact.solve(&problem, &mut self.lambda)?;
+        let report = self.solve()?;
         self.remember();
         let inverse = 1.0 / h;
-        for ((y, a), b) in self.y.iter_mut().zip(&self.impact).zip(self.contact.pulled()) {
-            *y = (a + b) * inverse;
+        for y in &mut self.y {
+            *y *= inverse;
+        }
+        if impacts > 0 {
+            self.y.iter_mut().zip(&self.impacts.y).for_each(|(y, p)| *y += inverse * p);
         }
         self.units.scatter(tree, ws, &mut self.uw, &self.y, tau, vdot);
         let lambda = &self.lambda;
@@ -328,7 +268,7 @@ impl ContactStepper {
             *v += h * a;
         }
         self.turning.enter_start_axes(h, v);
-        self.push_out(tree, h)?;
+        self.push_out(tree, h, impacts > 0)?;
         for (d, v) in self.dq.iter_mut().zip(v.iter()) {
             *d += h * v;
         }
@@ -342,6 +282,7 @@ impl ContactStepper {
         Ok(StepReport {
             contacts: self.points.len(),
             rows: self.rows.rows(),
+            islands: self.islands.len(),
             impacts,
             penetration: depth,
             method: report.method,
@@ -410,8 +351,15 @@ impl ContactStepper {
         self.kinds.clear();
         self.cones.clear();
         self.frames.clear();
+        self.carried.clear();
+        self.free_turn.clear();
+        self.islands.begin();
+        let loops = tree.multibody().loops().len();
         for c in self.units.augmented() {
+            let before = self.rows.groups().len();
             self.rows.add_constraint(tree, &self.units, ws, &self.uw, *c, motions, (q, v));
+            (before..self.rows.groups().len())
+                .for_each(|_| self.islands.constraint(index(*c, loops)));
         }
         self.rows.silence_rounding();
         for row in self.rows.groups() {
@@ -425,6 +373,11 @@ impl ContactStepper {
             self.rows.add_point(tree, &self.units, ws, &self.uw, ends, &p.point, &frame);
             self.kinds.push(Kind::Contact(i as u32));
             self.cones.push(Cone::Coulomb { friction: p.friction });
+            self.islands.contact(p);
+            let carried = |body| self.turning.carried(body);
+            self.carried.push(carried(p.body_b) - carried(p.body_a));
+            let turn = |body| self.turning.free_turn(body, &p.point);
+            self.free_turn.push(turn(p.body_b) - turn(p.body_a));
         }
         for l in &self.limits {
             let reach = 2.0 * h * v[l.v].abs() + 1e-3;
@@ -435,113 +388,78 @@ impl ContactStepper {
                     self.rows.set_error(gap);
                     self.kinds.push(Kind::Limit);
                     self.cones.push(Cone::Unilateral);
+                    self.islands.hinge(self.bodies[l.v]);
                 }
             }
         }
         for (place, force) in &self.settings.dry {
+            self.islands.hinge(self.bodies[*place]);
             self.rows.add_coordinate(tree, &self.units, &self.uw, *place, 1.0, v[*place]);
             self.kinds.push(Kind::Dry);
             self.cones.push(Cone::Dry { bound: force * h });
         }
+        self.islands.find_all();
     }
 
-    /// Impacts one after another, the fastest first, until nothing that touches approaches: a ball that
-    /// is hit passes on what it got before others are asked. Impulses go to `impact`.
-    fn bounce(&mut self) -> Result<usize, StepError> {
-        self.impact.fill(0.0);
-        self.impacts.clear();
-        self.impacts.resize(self.points.len(), Vec3::zeros());
-        let slop = self.settings.slop;
-        let touching = |p: &ContactPoint| p.restitution > 0.0 && p.gap <= slop;
-        if !self.points.iter().any(touching) {
-            return Ok(0);
-        }
-        let limit = 20 * self.points.len();
-        let mut count = 0;
-        while count < limit {
-            let mut worst = (-self.settings.bounce_min, None);
-            for (g, kind) in self.kinds.iter().enumerate() {
-                let Kind::Contact(i) = kind else { continue };
-                let normal = self.velocity(g)[0];
-                if touching(&self.points[*i as usize]) && normal < worst.0 {
-                    worst = (normal, Some((g, *i as usize)));
-                }
-            }
-            let Some((hit, i)) = worst.1 else { break };
-            self.some.clear();
-            self.b.clear();
-            for g in 0..self.kinds.len() {
-                let mut b = self.velocity(g);
-                if g == hit {
-                    b[0] += self.points[i].restitution * worst.0;
-                }
-                let acts = g == hit || matches!(self.kinds[g], Kind::Constraint);
-                self.some.push(if acts { self.cones[g] } else { Cone::Dry { bound: 0.0 } });
-                self.b.push(b);
-            }
-            self.lambda.clear();
-            self.lambda.resize(self.kinds.len(), [0.0; WIDTH]);
-            let kinds = &self.kinds;
-            mask(&self.rows, &mut self.some_e, |g| {
-                if g == hit || matches!(kinds[g], Kind::Constraint) { WIDTH } else { 0 }
-            });
-            let factor = Factor { e: &self.some_e, ..factor(&self.rows) };
-            let problem = Problem::new(factor, &self.some, &self.b, &[])?;
-            self.contact.solve(&problem, &mut self.lambda)?;
-            for (g, lambda) in self.lambda.iter().enumerate() {
-                if lambda[0] != 0.0 || g == hit {
-                    self.rows.pull(g, lambda, &mut self.impact);
-                }
-            }
-            for (axis, x) in self.frames[i].iter().zip(&self.lambda[hit]) {
-                self.impacts[i] += axis * *x;
-            }
-            count += 1;
-        }
-        Ok(count)
+    fn find_impacts(&mut self, h: f64) -> Result<usize, StepError> {
+        let scene = impacts::Scene {
+            rows: &self.rows,
+            kinds: &self.kinds,
+            cones: &self.cones,
+            points: &self.points,
+            frames: &self.frames,
+            carried: &self.carried,
+            free_turn: &self.free_turn,
+            islands: &self.islands,
+            h,
+            slop: self.settings.slop,
+            bounce_min: self.settings.bounce_min,
+        };
+        self.impacts.find(&scene)
     }
 
-    /// Present velocity of a group's rows, impacts included.
-    fn velocity(&self, g: usize) -> [f64; WIDTH] {
-        let mut v = self.rows.groups()[g].rate;
-        self.rows.push(g, &self.impact, &mut v);
+    /// Velocity of a group's rows at the end of the step without its impulses, impacts included.
+    fn free_velocity(&self, g: usize, h: f64, impacts: bool) -> [f64; WIDTH] {
+        let row = &self.rows.groups()[g];
+        let mut v = row.rate;
+        if impacts {
+            v.iter_mut().zip(&self.impacts.change[g]).for_each(|(v, x)| *v += x);
+        }
+        v.iter_mut().zip(&row.free).for_each(|(v, a)| *v += h * a);
+        if let Kind::Contact(i) = self.kinds[g] {
+            let (carried, axes) = (&self.carried[i as usize], &self.frames[i as usize]);
+            v.iter_mut().zip(axes).for_each(|(v, axis)| *v += h * axis.dot(carried));
+        }
         v
     }
 
-    /// b of the step: velocities without this step's impulses, less their targets. The largest of the
-    /// velocities, of which residuals are parts: gaps that are far from closing do not count.
-    fn free_velocities(&mut self, h: f64, impacts: usize) -> f64 {
+    /// b of the step: velocities without this step's impulses, less their targets; and by island the
+    /// largest of the velocities, of which residuals are parts: gaps that are far from closing do not count.
+    fn free_velocities(&mut self, h: f64, impacts: bool) {
         self.b.clear();
-        let mut most = f64x4::splat(0.0);
+        self.speeds.clear();
+        self.speeds.resize(self.islands.len(), f64x4::splat(0.0));
+        let (inverse, none) = (1.0 / h, [0.0; WIDTH]);
         for (g, row) in self.rows.groups().iter().enumerate() {
-            let mut b = row.rate;
-            if impacts > 0 {
-                self.rows.push(g, &self.impact, &mut b);
-            }
-            let (rate, gain) = (f64x4::new(b), f64x4::splat(h) * f64x4::new(row.free));
-            most = most.fast_max(rate.abs()).fast_max(f64x4::splat(REST) * gain.abs());
-            let mut b = (rate + gain).to_array();
+            let mut b = self.free_velocity(g, h, impacts);
+            let change = f64x4::new(if impacts { self.impacts.change[g] } else { none });
+            let gain = f64x4::splat(h) * f64x4::new(row.free);
+            let moving = (f64x4::new(row.rate) + change).abs();
+            let speed = &mut self.speeds[self.islands.of_group()[g] as usize];
+            *speed = speed.fast_max(moving).fast_max(f64x4::splat(REST) * gain.abs());
+            // Impacts late in the step move less than its whole length.
+            let late = if impacts { self.impacts.shift[g] } else { 0.0 };
+            let open = |gap: f64| (gap.max(0.0) + late) * inverse;
             match self.kinds[g] {
                 Kind::Constraint => {
                     b.iter_mut().zip(&row.bias).for_each(|(b, bias)| *b += h * bias);
                 }
-                Kind::Contact(i) => {
-                    let p = &self.points[i as usize];
-                    let carried = self.turning.carried(p.body_b) - self.turning.carried(p.body_a);
-                    let axes = &self.frames[i as usize];
-                    b.iter_mut().zip(axes).for_each(|(b, axis)| *b += h * axis.dot(&carried));
-                    let bounces = p.restitution > 0.0 && row.rate[0] < -self.settings.bounce_min;
-                    if p.gap > 0.0 {
-                        // What will bounce may touch first, and a little more.
-                        b[0] = if bounces { b[0].abs() } else { b[0] + p.gap / h };
-                    }
-                }
-                Kind::Limit => b[0] += row.error[0].max(0.0) / h,
+                Kind::Contact(i) => b[0] += open(self.points[i as usize].gap),
+                Kind::Limit => b[0] += open(row.error[0]),
                 Kind::Dry => {}
             }
             self.b.push(b);
         }
-        most.to_array().into_iter().fold(0.0, f64::max)
     }
 
     /// Impulses of the last step, where the same points are there again.
@@ -580,77 +498,10 @@ impl ContactStepper {
             }
         }
     }
-
-    /// Displacements out of penetration, into `dq`: the same rows as motions, without friction.
-    fn push_out(&mut self, tree: &Tree, h: f64) -> Result<(), StepError> {
-        self.dq.fill(0.0);
-        let (slop, part) = (self.settings.slop, self.settings.correction);
-        let most = self.settings.push_max * h;
-        let deep = |gap: f64| (part * (-gap - slop)).clamp(0.0, most);
-        let depth = |kind: &Kind, error: f64| match kind {
-            Kind::Contact(i) => deep(self.points[*i as usize].gap),
-            Kind::Limit => deep(error),
-            _ => 0.0,
-        };
-        let rows = self.rows.groups();
-        let any = self.kinds.iter().zip(rows).any(|(k, r)| depth(k, r.error[0]) > 0.0);
-        if !any {
-            return Ok(());
-        }
-        self.b.clear();
-        self.some.clear();
-        for (kind, row) in self.kinds.iter().zip(rows) {
-            let acts = match kind {
-                Kind::Constraint => Cone::Equality { rows: row.n },
-                // Other contacts that touch must not be pushed together.
-                Kind::Contact(_) | Kind::Limit => Cone::Unilateral,
-                Kind::Dry => Cone::Dry { bound: 0.0 },
-            };
-            let gap = match kind {
-                Kind::Contact(i) => self.points[*i as usize].gap.max(0.0),
-                Kind::Limit => row.error[0].max(0.0),
-                _ => 0.0,
-            };
-            self.some.push(acts);
-            self.b.push([gap - depth(kind, row.error[0]), 0.0, 0.0, 0.0]);
-        }
-        self.lambda.clear();
-        self.lambda.resize(self.kinds.len(), [0.0; WIDTH]);
-        let kinds = &self.kinds;
-        mask(&self.rows, &mut self.some_e, |g| match kinds[g] {
-            Kind::Constraint => WIDTH,
-            Kind::Contact(_) | Kind::Limit => 1,
-            Kind::Dry => 0,
-        });
-        let factor = Factor { e: &self.some_e, ..factor(&self.rows) };
-        let problem = Problem::new(factor, &self.some, &self.b, &[])?;
-        self.push.solve(&problem, &mut self.lambda)?;
-        self.y.iter_mut().zip(self.push.pulled()).for_each(|(to, y)| *to = y);
-        self.units.impulse(tree, &mut self.uw, &self.y, &mut self.dq);
-        Ok(())
-    }
 }
 
 fn id(c: ColliderId) -> u32 {
     c.index() as u32
-}
-
-fn factor(rows: &RowSet) -> Factor<'_> {
-    Factor { start: rows.start(), dof: rows.dof(), e: rows.e(), dofs: rows.independent() }
-}
-
-/// E with only the first lanes of each group's entries.
-fn mask(rows: &RowSet, out: &mut Vec<[f64; WIDTH]>, lanes: impl Fn(usize) -> usize) {
-    out.clear();
-    for g in 0..rows.groups().len() {
-        let (from, to) = (rows.start()[g] as usize, rows.start()[g + 1] as usize);
-        let n = lanes(g);
-        out.extend(rows.e()[from..to].iter().map(|e| {
-            let mut kept = [0.0; WIDTH];
-            kept[..n].copy_from_slice(&e[..n]);
-            kept
-        }));
-    }
 }
 
 /// The normal and two tangents (T. Duff et al., "Building an orthonormal basis, revisited", Journal of
