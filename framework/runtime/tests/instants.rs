@@ -199,7 +199,7 @@ fn what_is_set_or_pinned_acts_at_once() {
         assert_eq!((sim.time(), sim.get("latch.y").unwrap()), (0.3, 1.0));
         assert!(sim.at_row());
     }
-    // What is set back before it acts does not act.
+    // An input that is set back before the next step has no effect.
     let parts = vec![part("latch", "t.latch", &[("at", 2.0)], None)];
     let mut sim = Simulation::new(compiled(parts, &[], Integrator::Rk4, 0.1));
     sim.set("latch.u", 3.0).unwrap();
@@ -297,7 +297,7 @@ fn a_part_that_starts_anew_has_guards_of_its_own() {
     sim.set("p.u", 0.0).unwrap();
     sim.set("p.u", 1.0).unwrap();
     sim.run_until(seconds(0.3)).unwrap();
-    // It begins above its threshold, and fires there; what was counted before is gone.
+    // It begins above its threshold, and fires there; the count of the other part is gone.
     assert_eq!((sim.phase(), sim.get("p.y").unwrap()), ("b", 1.0));
 }
 

@@ -39,7 +39,7 @@ pub struct StartError {
 const CLOSED: f64 = 1e-12;
 /// Most Newton steps.
 const STEPS: usize = 50;
-/// Longest step of a coordinate on the way from the neutral configuration, rad or m, and most of such steps.
+/// Longest step of a coordinate from the neutral configuration to a kept one, rad or m, and most of such steps.
 const PIECE: f64 = 0.1;
 const PIECES: usize = 300;
 /// Kept values that are this near to closed ones (rad, m, and relative of rates) are rounded: they move by that.
@@ -163,7 +163,7 @@ impl Start<'_> {
         error
     }
 
-    /// From the neutral configuration to what is held, closed at each step; whether it got there.
+    /// Follows the machine from the neutral configuration to the held values, closed at each step; returns whether it got there.
     fn follow(&mut self, held: &[bool], q: &mut [f64]) -> bool {
         let mbs = self.tree.multibody();
         let mut to = vec![0.0; held.len()];
@@ -264,7 +264,7 @@ impl Start<'_> {
             left
         };
         let given = v.to_vec();
-        // A rate that is not wanted is proportional to the rates; what is left of one that can be closed is round-off.
+        // Round-off is proportional to the rates.
         let open = |left: f64| !(left <= 1e-9 * scale);
         let left = close(self, held, v);
         if !open(left) {

@@ -98,8 +98,8 @@ fn mass_from_a_wire_is_mass_from_the_file() {
         format!(
             r#"Simulation(
             bodies: {{
-                "a": (parent: "world", hinge: Pin([0, 1, 0]), mass: 2, inertia: [0.1, 0.2, 0.1], com: [0.3, 0, 0], initial: (angle: "20 deg")),
-                "b": (parent: "a", at: (position: [0.6, 0, 0]), hinge: Ball, mass: 1, inertia: [0.02, 0.03, 0.04], com: [0.1, 0.1, 0], initial: (angular: [1, 2, 3]),
+                "a": (parent: "world", hinge: Pin([0, 1, 0]), mass: 2, inertia: [0.1, 0.2, 0.1], com: [0.3, 0, 0], initial: (angle: "20 deg", approximate: true)),
+                "b": (parent: "a", at: (position: [0.6, 0, 0]), hinge: Ball, mass: 1, inertia: [0.02, 0.03, 0.04], com: [0.1, 0.1, 0], initial: (angular: [1, 2, 3], approximate: true),
                     nodes: {{ "tank": (position: [0.1, -0.2, 0.05], rotation: (rpy: [0.3, -0.5, 0.9])) }}),
                 {tank}
             }},

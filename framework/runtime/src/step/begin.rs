@@ -31,8 +31,8 @@ pub(crate) fn initial(plan: &Plan) -> State {
 }
 
 impl Simulation {
-    /// A run of one plan, at time zero, with the work of tick 0 done. What fails there is told by
-    /// [`Simulation::check`] and by the first step.
+    /// A run of one plan, at time zero, with the work of tick 0 done. [`Simulation::check`] and the first step return
+    /// an error of that work.
     pub fn new(plan: Arc<Plan>) -> Self {
         Self::of(Arc::new(Program::single(plan)))
     }
