@@ -141,8 +141,8 @@ pub fn ours(scene: &Scene, settings: &ContactSettings, runs: usize) -> Figures {
         }
         if i >= middle {
             f.penetration = f.penetration.max(report.penetration);
-            f.contacts +=
-                run.stepper.points().iter().filter(|p| p.gap <= 1e-3).count() as f64 / middle as f64;
+            f.contacts += run.stepper.points().iter().filter(|p| p.gap <= 1e-3).count() as f64
+                / middle as f64;
         }
     }
     f.energy[1] = run.energy();
