@@ -1,7 +1,7 @@
 //! `control.drive_monitor`: stops a drive on a stalled wheel or on too much slip, and says which.
 //! ```text
 //! stall    |ω| < share · |ω*|  and  |τ| ≥ τ_stall  of one wheel, for `stall_after`
-//! slip     s = 1 − Δx/Δw        Δw: way of the wheels since the last check, of length `slip_distance`; Δx: way of the rover along its heading
+//! slip     s = 1 − Δx/Δw        Δw: way of the wheels since the last check, of length `slip_distance`; Δx: way of the rover along its heading, sample by sample
 //!          s > slip_max
 //! ```
 //! It stands between what wants a motion and `control.ackermann`. What stopped it holds, and the drive stands with its brakes on, until
@@ -107,9 +107,15 @@ pub struct MonitorState {
     /// Slip at the last check.
     #[port("1")]
     pub slip: f64,
-    /// Where the last check was, W.
+    /// Where the last sample was, W.
     #[port("m")]
     pub from: [f64; 2],
+    /// Heading there.
+    #[port("rad")]
+    pub heading: f64,
+    /// Way of the rover along its heading since the last check, signed.
+    #[port("m")]
+    pub moved: f64,
     /// Way of the wheels since then, signed.
     #[port("m")]
     pub way: f64,
@@ -126,16 +132,19 @@ pub struct DriveMonitor {
 impl DriveMonitor {
     /// The state after a sample's checks; `u` without the wheels.
     fn checked(&self, d: MonitorState, u: &MonitorIn, dt: f64) -> MonitorState {
-        let here = MonitorState { from: [u.x, u.y], way: 0.0, started: true, ..d };
+        let (from, heading) = ([u.x, u.y], u.heading);
+        let here = MonitorState { from, heading, way: 0.0, moved: 0.0, started: true, ..d };
         if !d.started {
             return here;
         }
         let way = d.way + u.wheel_speed * dt;
+        // On a curve the heading changes: take the heading in the middle of the sample. Angles may wrap.
+        let turned = (u.heading - d.heading).sin().atan2((u.heading - d.heading).cos());
+        let (sin, cos) = (d.heading + 0.5 * turned).sin_cos();
+        let moved = d.moved + (u.x - d.from[0]) * cos + (u.y - d.from[1]) * sin;
         if way.abs() < self.p.slip_distance {
-            return MonitorState { way, ..d };
+            return MonitorState { way, moved, ..here };
         }
-        let (sin, cos) = u.heading.sin_cos();
-        let moved = (u.x - d.from[0]) * cos + (u.y - d.from[1]) * sin;
         let slip = 1.0 - moved / way;
         let slipping = d.slipping || slip > self.p.slip_max;
         MonitorState { slip, slipping, ..here }
@@ -242,12 +251,12 @@ mod tests {
     }
 
     /// Inputs without the wheels, then target, rate and torque of each.
-    fn sample(m: &DriveMonitor, d: &mut [f64; 10], own: [f64; 5], wheels: [[f64; 3]; 2]) {
+    fn sample(m: &DriveMonitor, d: &mut [f64; 12], own: [f64; 5], wheels: [[f64; 3]; 2]) {
         let u: Vec<f64> = own.into_iter().chain(wheels.into_iter().flatten()).collect();
         m.update(&Clock::at(0.0, 0.1, 0), &[], d, &u, &mut ());
     }
 
-    fn drives(m: &DriveMonitor, d: &[f64; 10]) -> bool {
+    fn drives(m: &DriveMonitor, d: &[f64; 12]) -> bool {
         let mut y = [f64::NAN; 2];
         m.direct(&Clock::at(0.0, 0.1, 0), &[], d, &[0.2, 0.1], &(), &mut y);
         assert!(y == [0.2, 0.1] || y == [0.0, 0.0], "{y:?}");
@@ -259,7 +268,7 @@ mod tests {
     #[test]
     fn a_wheel_that_stands_at_its_limit_for_long_enough_stops_the_drive() {
         for side in [1.0, -1.0] {
-            let (m, mut d) = (monitor(), [0.0; 10]);
+            let (m, mut d) = (monitor(), [0.0; 12]);
             let stands = [side, 0.05 * side, 55.0 * side];
             for _ in 0..10 {
                 sample(&m, &mut d, [0.0; 5], [TURNS, stands]);
@@ -280,14 +289,14 @@ mod tests {
     fn what_is_no_stall_does_not_stop_it() {
         // Slow, but it turns; stands, but not at its limit; driven backwards by its load; not told to turn.
         for wheel in [[1.0, 0.2, 60.0], [1.0, 0.0, 40.0], [1.0, 0.0, -60.0], [0.0, 0.0, 60.0]] {
-            let (m, mut d) = (monitor(), [0.0; 10]);
+            let (m, mut d) = (monitor(), [0.0; 12]);
             for _ in 0..100 {
                 sample(&m, &mut d, [0.0; 5], [wheel, wheel]);
             }
             assert!(drives(&m, &d), "{wheel:?}");
         }
         // Nor one that stands now and then.
-        let (m, mut d) = (monitor(), [0.0; 10]);
+        let (m, mut d) = (monitor(), [0.0; 12]);
         for k in 0..100 {
             let wheel = if k % 8 == 0 { TURNS } else { [1.0, 0.0, 60.0] };
             sample(&m, &mut d, [0.0; 5], [wheel, wheel]);
@@ -300,7 +309,7 @@ mod tests {
         // Along a heading of 30 degrees, forwards and backwards; the rover's speed over that of its wheels.
         for (share, stops) in [(0.9, false), (0.55, false), (0.45, true), (-0.1, true)] {
             for speed in [0.2, -0.2] {
-                let (m, mut d) = (monitor(), [0.0; 10]);
+                let (m, mut d) = (monitor(), [0.0; 12]);
                 let heading = std::f64::consts::FRAC_PI_6;
                 for k in 0..60 {
                     let way = 0.1 * f64::from(k) * speed * share;
@@ -314,10 +323,27 @@ mod tests {
         }
     }
 
+    /// Three quarters of a circle of 0.5 m radius at 0.05 m/s without slip: the chord of 0.5 m would read 16 % of slip.
+    #[test]
+    fn a_curve_without_slip_reads_none() {
+        for side in [1.0, -1.0] {
+            let (m, mut d) = (monitor(), [0.0; 12]);
+            for k in 0..480 {
+                let angle = 0.01 * f64::from(k);
+                let [x, y] = [0.5 * angle.sin(), 0.5 * side * (1.0 - angle.cos())];
+                // An estimate that keeps its heading between −π and π.
+                let heading = (side * angle).sin().atan2((side * angle).cos());
+                sample(&m, &mut d, [0.05, x, y, heading, 0.0], [TURNS, TURNS]);
+            }
+            let s = MonitorState::get(&d);
+            assert!(s.slip.abs() < 1e-4 && s.slip != 0.0 && !s.slipping, "{s:?}");
+        }
+    }
+
     #[test]
     fn limits_that_are_not_written_stop_nothing() {
         let p = DriveMonitorParams { stall_torque: 1e9, slip_max: 1e9, ..monitor().p };
-        let (m, mut d) = (DriveMonitor::build(p.clone()).unwrap(), [0.0; 10]);
+        let (m, mut d) = (DriveMonitor::build(p.clone()).unwrap(), [0.0; 12]);
         for _ in 0..100 {
             sample(&m, &mut d, [0.2, 0.0, 0.0, 0.0, 0.0], [[1.0, 0.0, 99.0]; 2]);
         }

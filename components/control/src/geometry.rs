@@ -175,7 +175,8 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn turning_circles_match_the_published_table() {
+    fn turning_circles_have_their_centre_on_the_axle_that_does_not_steer() {
+        // By hand: the steering angle is atan(Δx/(ρ − y)), the speed is the distance to the centre of the circle over ρ. Δx counts from the middle axle.
         // ρ; steering LF RF LR RR in deg; speeds LF RF LM RM LR RR over that of the centre.
         let rows = [
             (
@@ -207,7 +208,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn turning_on_the_spot_matches_the_published_table() {
+    fn turning_on_the_spot_is_across_the_way_to_the_centre() {
         let c = commands(&layout(&curiosity()), 0.0, 1.0);
         for (i, want) in [(0, -48.082), (1, 48.082), (4, 45.295), (5, -45.295)] {
             assert!((c[i][0].to_degrees() - want).abs() < 6e-4, "{c:?}");

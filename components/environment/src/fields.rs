@@ -18,6 +18,7 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Params, Clone, Debug)]
 pub struct UniformGravityParams {
     /// Acceleration in W. By default, on level ground of a world (`turning: false`): that of the body's mass and rotation at the origin, along −z.
+    /// One that is written there and differs from that by more than 1.5 % is an error.
     #[param(unit = "m/s^2")]
     pub acceleration: Option<Vec3>,
     /// The world, where there is one.
@@ -40,6 +41,19 @@ impl Gravity for UniformGravity {
     }
 }
 
+/// By how much a written acceleration may differ from that of the world's body, as a share.
+const SAME_BODY: f64 = 0.015;
+
+/// Size (m/s²) of gravity at the origin of level ground, with the centrifugal part.
+fn at_the_origin(world: &PlanetWorld) -> Result<f64, BuildError> {
+    let mu = world.needs_mu()?;
+    let at = world.planet.site.map_or(Vec3::zeros(), |site| {
+        let r = site.relative_to_centre(&Vec3::zeros());
+        r * (-mu / r.norm().powi(3)) + site.centrifugal(&Vec3::zeros())
+    });
+    Ok(at.norm())
+}
+
 /// The same gravity everywhere: for level ground of some kilometres.
 #[service("environment.uniform_gravity", Gravity)]
 impl Service for UniformGravity {
@@ -52,15 +66,22 @@ impl Service for UniformGravity {
                 let help = "use `environment.point_mass_gravity`, or write `site: (.., turning: false)` in `world`";
                 Err(BuildError::new(fact).help(help))
             }
-            (_, Some(acceleration)) => Ok(UniformGravity(acceleration)),
-            (Some(world), None) => {
-                let mu = world.needs_mu()?;
-                let at = world.planet.site.map_or(Vec3::zeros(), |site| {
-                    let r = site.relative_to_centre(&Vec3::zeros());
-                    r * (-mu / r.norm().powi(3)) + site.centrifugal(&Vec3::zeros())
-                });
-                Ok(UniformGravity(-Vec3::z() * at.norm()))
+            (Some(world), Some(acceleration)) if world.mu().is_some() => {
+                // The mass as a point leaves out J₂: 0.3 % at the poles of the Earth and of Mars.
+                let g = at_the_origin(&world)?;
+                if (acceleration.norm() / g - 1.0).abs() <= SAME_BODY {
+                    return Ok(UniformGravity(acceleration));
+                }
+                let fact = format!(
+                    "`acceleration` is {} m/s², and at the site of `world` (`body: {}`) gravity is {g:.4} m/s²",
+                    acceleration.norm(),
+                    world.params.body.word()
+                );
+                let help = "leave `acceleration` out, or write the `body`, or its `mu`, that it belongs to";
+                Err(BuildError::new(fact).help(help).at("acceleration"))
             }
+            (_, Some(acceleration)) => Ok(UniformGravity(acceleration)),
+            (Some(world), None) => Ok(UniformGravity(-Vec3::z() * at_the_origin(&world)?)),
             (None, None) => {
                 let fact = "the acceleration of gravity is not written";
                 let help = "write acceleration: [0, 0, -9.80665], or state the place: world: (body: \"mars\", site: (latitude: .., longitude: .., turning: false))";
@@ -128,7 +149,7 @@ pub struct AtmosphereParams {
     /// Ratio of specific heats.
     #[param(range = 1.0..)]
     pub heat_ratio: f64,
-    /// Height over the ellipsoid of the world's body, or z of level ground, at which the density is `density`.
+    /// Height over the ellipsoid of the world's body, without a world z of W, at which the density is `density`.
     #[param(unit = "m", default = 0.0)]
     pub reference_height: f64,
     /// Viscosity of the gas, for Reynolds numbers; default: not known.
@@ -153,13 +174,13 @@ pub struct ExponentialAtmosphere {
 }
 
 impl ExponentialAtmosphere {
-    /// Height over the ellipsoid, or over z = 0 of level ground; and the velocity of the ground under p.
+    /// Height over the ellipsoid, without a world over z = 0; and the velocity of the ground under p.
     fn height(&self, t: f64, p: Vec3) -> (f64, Vec3) {
-        let Some(world) =
-            self.world.as_ref().filter(|w| !matches!(w.planet.axes(), Axes::Level(_)))
-        else {
-            return (p.z, Vec3::zeros());
-        };
+        let Some(world) = &self.world else { return (p.z, Vec3::zeros()) };
+        // Level ground has the height of its origin, and no curvature.
+        if let (Axes::Level(_), Some(site)) = (world.planet.axes(), &world.params.site) {
+            return (site.height + p.z, Vec3::zeros());
+        }
         let (spin, place) = world.planet.place(t, p);
         (place.map_or(f64::NAN, |place| place.altitude), spin.omega_I.cross(&p))
     }
@@ -211,7 +232,7 @@ impl Service for ExponentialAtmosphere {
 /// A sun that stands still in W, or among the stars.
 #[derive(Params, Clone, Debug)]
 pub struct FixedSunParams {
-    /// On level ground or a site: azimuth from north (y) towards east (x).
+    /// On level ground or a site: azimuth from north towards east. Without a world north is y of W and east x; with one the `heading` of its `site` counts.
     #[param(unit = "rad")]
     pub azimuth: Option<f64>,
     /// On level ground or a site: elevation above the horizon.
@@ -271,12 +292,18 @@ impl Service for FixedSun {
             let help = "use `environment.ephemeris_sun`, or remove `epoch` from `world`";
             return Err(BuildError::new(fact).help(help));
         }
+        if let Some(world) = &world {
+            world.needs_light()?;
+        }
         let inertial = world.as_ref().is_some_and(|w| w.planet.site.is_none());
         let (direction, level) = match (p.azimuth, p.elevation, p.direction) {
             (Some(azimuth), Some(elevation), None) if !inertial => {
                 let (sin_a, cos_a) = azimuth.sin_cos();
                 let (sin_e, cos_e) = elevation.sin_cos();
-                (Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e), true)
+                let site = world.as_ref().and_then(|w| w.planet.site);
+                let east = site.map_or(Vec3::x(), |site| site.east());
+                let north = Vec3::z().cross(&east);
+                (east * (sin_a * cos_e) + north * (cos_a * cos_e) + Vec3::z() * sin_e, true)
             }
             (None, None, Some(direction)) if world.is_none() || inertial => {
                 let Some(direction) = direction.try_normalize(1e-12) else {
@@ -306,6 +333,15 @@ impl Service for FixedSun {
                 );
             }
         };
+        let stated = world.as_ref().and_then(|w| w.params.sun_distance);
+        if let (Some(here), Some(there)) = (p.distance_au, stated)
+            && here != there
+        {
+            let fact = format!(
+                "`distance_au` is {here}, and `sun_distance` of `world` is {there}: the Sun has one distance"
+            );
+            return Err(BuildError::new(fact).help("write it in one of the two").at("distance_au"));
+        }
         let of_world = || world.as_ref().and_then(|w| w.sun_distance());
         let Some(distance_au) = p.distance_au.or_else(of_world) else {
             return wrong(
@@ -353,6 +389,21 @@ mod tests {
         assert!(day.visible == 1.0 && (day.irradiance - 1361.0).abs() < 1e-9);
     }
 
+    /// An azimuth counts from north, wherever x of the site points.
+    #[test]
+    fn an_azimuth_knows_the_heading_of_its_site() {
+        for turning in [true, false] {
+            // x of W points to the north-east, 30° from east.
+            let site = SiteParams { heading: 0.5 * FRAC_PI_2 / 1.5, ..here(turning) };
+            let world = WorldParams { site: Some(site), ..WorldParams::of(Centre::Mars) };
+            let at = |azimuth: f64| sun(level(azimuth, 0.0, Some(world.clone()))).unwrap().start;
+            let ahead = at(FRAC_PI_2 * 2.0 / 3.0).direction;
+            assert!((ahead - Vec3::x()).norm() < 1e-9, "{ahead}");
+            let east = at(FRAC_PI_2).direction;
+            assert!((east - Vec3::new(0.75f64.sqrt(), -0.5, 0.0)).norm() < 1e-9, "{east}");
+        }
+    }
+
     #[test]
     fn a_sun_among_the_stars_goes_over_a_site_that_turns() {
         let planet = WorldParams {
@@ -395,6 +446,10 @@ mod tests {
         told(FixedSunParams { direction: None, ..by_vector(None) }, "is not written");
         let dated = WorldParams { epoch: Some("2021-02-18 00:00:00 UTC".into()), ..mars.clone() };
         told(by_vector(Some(dated)), "which says where the Sun is");
+        let twice = WorldParams { sun_distance: Some(1.4), ..mars.clone() };
+        let two = FixedSunParams { distance_au: Some(1.5), ..by_vector(Some(twice.clone())) };
+        told(two.clone(), "the Sun has one distance");
+        assert!(sun(FixedSunParams { distance_au: Some(1.4), ..two }).is_ok());
         let state = sun(by_vector(Some(mars))).unwrap().state(0.0);
         assert!((state.distance_au - 1.5237).abs() < 1e-4 && state.direction == Vec3::x());
     }
@@ -411,8 +466,15 @@ mod tests {
         let e = of(Some(written), Some(mars.clone())).err().unwrap();
         assert!(e.message.contains("level ground") && e.help.unwrap().contains("turning: false"));
         assert!(of(None, None).err().unwrap().param.as_deref() == Some("acceleration"));
-        // On the equator of Mars: μ/R² less ω² R.
+        // On the equator of Mars: μ/R² less ω² R. A written acceleration has to agree with it.
         let site = Some(here(false));
+        let level = WorldParams { site, ..mars.clone() };
+        let e = of(Some(written), Some(level.clone())).err().unwrap();
+        assert!(e.message.contains("1.62") && e.message.contains("3.69") && e.help.is_some());
+        let near = Vec3::new(0.0, 0.0, -3.72076);
+        assert_eq!(of(Some(near), Some(level.clone())).unwrap().uniform(), Some(near));
+        let moon = WorldParams { mu: Some(1.62 * 3_396_190.0_f64.powi(2)), ..level };
+        assert!(of(Some(written), Some(moon)).is_ok());
         let g = of(None, Some(WorldParams { site, ..mars.clone() })).unwrap().uniform().unwrap();
         let radius = 3_396_190.0_f64;
         let want = 4.282_837_521_4e13 / radius.powi(2) - 7.088_218e-5_f64.powi(2) * radius;
@@ -449,6 +511,13 @@ mod tests {
         let ground = -7.088_218e-5 * 3_407_290.0;
         assert!((a.wind - Vec3::x() * (ground + 3.0)).norm() < 1e-3, "{}", a.wind);
         assert_eq!(mars.altitude(0.0, Vec3::y() * 3_396_190.0).map(f64::round), Some(0.0));
+        // The air of level ground at a height of 2 km is the air at 2 km.
+        for turning in [true, false] {
+            let high = Some(SiteParams { height: 2000.0, ..here(turning) });
+            let high = air(Some(WorldParams { site: high, ..WorldParams::of(Centre::Mars) }));
+            let a = high.air(0.0, Vec3::z() * 9100.0);
+            assert!((a.density - 0.02 / 1f64.exp()).abs() < 1e-9, "{turning}: {}", a.density);
+        }
         let site = WorldParams { site: Some(here(true)), ..WorldParams::of(Centre::Mars) };
         let a = air(Some(site)).air(0.0, Vec3::z() * 11_100.0);
         assert!((a.density - 0.02 / 1f64.exp()).abs() < 1e-9 && a.wind == Vec3::x() * 3.0);

@@ -36,7 +36,8 @@ impl EphemerisSun {
 impl Sun for EphemerisSun {
     fn state(&self, t: f64) -> SunState {
         let s = self.place(t);
-        SunState { direction: s.normalize(), distance_au: s.norm() / AU }
+        let distance = s.norm();
+        SunState { direction: s / distance, distance_au: distance / AU }
     }
     fn light(&self, t: f64, p: &Vec3) -> Light {
         self.world.light(t, p, &self.place(t))
@@ -52,6 +53,7 @@ impl Service for EphemerisSun {
     type Params = EphemerisSunParams;
     fn build(p: EphemerisSunParams, _: &Files) -> Result<Self, BuildError> {
         let world = PlanetWorld::of(&p.world)?;
+        world.needs_light()?;
         let course = world.heavens("the Sun's place")?.course(Body::Sun, "world")?;
         Ok(EphemerisSun { course, world })
     }

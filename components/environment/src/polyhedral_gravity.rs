@@ -4,7 +4,7 @@
 //! ```
 //! Third bodies are those of `third_bodies.rs`, seen from the body's `orbit` about the Sun. Their places are in the axes of the ICRF, which W then has: the body turns about
 //! the pole of the ICRF.
-//! W is inertial, or a site of a `planet` that is this body: then the field stands still in W, with its centrifugal part. Cost: proportional
+//! W is inertial, or a site on this body: then the field does not rotate in W, and has its centrifugal part. Cost: proportional
 //! to the number of faces and edges.
 
 use crate::third_bodies::{Puller, SolarOrbit, Third, pullers};
@@ -40,6 +40,17 @@ pub struct PolyhedralParams {
 
 /// By which factor the mass of a shape may differ from that of the planet that it is to be.
 const SAME_MASS: f64 = 1.5;
+
+/// Whether a shape of `mu` (m³/s²) by its density is the body of the world, whose gravity parameter other parts take.
+fn of_the_world(mu: f64, world: &PlanetWorld) -> Result<(), BuildError> {
+    let Some(own) = world.mu().filter(|own| (mu / own - 1.0).abs() > 0.02) else { return Ok(()) };
+    let body = world.params.body.word();
+    let fact = format!(
+        "with `density` the shape has {mu:.4e} m³/s², and `body: {body}` of `world` {own:.4e} m³/s²"
+    );
+    let help = "write `body: other`, or leave `density` out and write `mu` in `world`";
+    Err(BuildError::new(fact).help(help).at("density"))
+}
 
 impl PolyhedralParams {
     /// Who else pulls on a body of `mu` (m³/s²).
@@ -128,7 +139,11 @@ impl Service for PolyhedralGravity {
             return Err(BuildError::new(fact).help(help).at("file"));
         }
         let body = match (p.density, world.params.mu) {
-            (Some(density), None) => read(G * density)?,
+            (Some(density), None) => {
+                let body = read(G * density)?;
+                of_the_world(body.mu(), &world)?;
+                body
+            }
             (None, Some(mu)) => read(mu / read(1.0)?.volume())?,
             (None, None) | (Some(_), Some(_)) => {
                 let fact = match p.density {
@@ -365,6 +380,9 @@ mod tests {
         let world = handle(WorldParams { mu: Some(1.0), ..turning() });
         let both = PolyhedralParams { world, ..params() };
         assert!(fact(both, CUBE).0.contains("both"));
+        let moon = WorldParams { body: Centre::Moon, ..turning() };
+        let moon = PolyhedralParams { world: handle(moon), ..params() };
+        assert!(fact(moon, CUBE).0.contains("`body: moon` of `world` 4.90"));
         let neither = PolyhedralParams { density: None, ..params() };
         assert!(fact(neither, CUBE).0.contains("neither"));
         let open = CUBE.replace("f 4 1 5 8\n", "");

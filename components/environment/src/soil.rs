@@ -11,16 +11,17 @@
 //! | Snow | 1.6 | 0 | 4370 | 1.967e5 | 1030 | 19.7 | 0.04 | USA, after Wong; secondary |
 //! | LeteSand | 0.79 | 0 | 1.02e5 | 5.30e6 | 1300 | 31.1 | 0.012 | after Wong; secondary |
 //! | SoilSimulant | 0.86 | 0.65 | 1.56e4 | 2.407e6 | 250 | 31.9 | 0.0114 | after Ding et al. 2011; n₀, n₁ fitted to its sinkage |
-//! | SilicaSand | 1.204 | 0.093 | 0 | 2.01e6 | 569 | 22.06 | 0.0147 | fit with isotropic shear to measurements with a smooth 58 mm wheel |
+//! | SilicaSand | 1.204 | 0.093 | 0 | 2.01e6 | 569 | 22.06 | 0.0147 | fit with isotropic shear to measurements with a smooth 58 mm wheel (data of robomechanics/3d-terramechanics) |
 //! | CrushedGranite | 1.15 | 0 | 0 | 1.85e6 | 5000 | 38 | 0.04 | outdoor rover yard, middle of the published range; public code |
-//! | MarsDrift | 1.0 | 0.1 | 1400 | 8.2e5 | 250 | 32 | 0.039 | estimate: slip of a rover on slopes, see below |
+//! | MarsDrift | 1.0 | 0.1 | 1400 | 8.2e5 | 250 | 32 | 0.039 | estimate: slip of a wheel on slopes on Earth, see below |
 //!
 //! *Secondary*: the numbers are those that other works repeat; the first source was not looked at. What a source does not
 //! give (a₀, a₁, λ, density, friction) is that of Lunar. Constants belong to the size of wheel and the range of slip from which they
 //! come. Without n₁ a soil has no slip sinkage.
 //!
-//! MarsDrift is made so that a 0.25 m × 0.4 m wheel under 560 N slips by 43 % on a slope of 15° and 76 % on 20°, as a six-wheel rover
-//! was measured to do (`tests/tests/rover/wheels.rs` holds it); it is no measured soil.
+//! MarsDrift is a guess at loose drift: no soil of Mars was measured for it. Its constants are chosen so that a 0.25 m × 0.4 m wheel under 560 N slips by
+//! 43 % on a slope of 15° and 76 % on 20° (`tests/tests/rover/wheels.rs` holds it). These slips come from a single-wheel rig on Earth: a wheel of a
+//! lunar rover prototype, 0.225 m in radius, on a lunar simulant of the type GRC-1.
 
 use linkwork_runtime::prelude::*;
 
@@ -49,7 +50,7 @@ pub enum SoilKind {
     SilicaSand,
     /// Crushed granite of an outdoor rover yard.
     CrushedGranite,
-    /// Loose drift on Mars, from a rover's slip on slopes.
+    /// A guess at loose drift on Mars, which slips as a wheel did on a rig on Earth.
     MarsDrift,
 }
 

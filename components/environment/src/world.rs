@@ -21,6 +21,7 @@
 
 mod body;
 mod service;
+mod start;
 
 pub use body::Centre;
 pub use service::{Inner, PlanetWorld};
@@ -310,7 +311,7 @@ pub struct DensityLayer {
     #[param(unit = "m")]
     pub altitude: f64,
     /// Density over that of the model; the pressure has the same factor.
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = 0.0..)]
     pub factor: f64,
 }
 

@@ -18,7 +18,9 @@ const G0: f64 = 9.80665;
 /// The pressure takes p A_e as long as the jet fills the nozzle. A jet that is too weak for that separates from the wall, and the
 /// ambient pressure then acts on both sides of it: there is no thrust backwards, and none without a jet.
 pub(crate) fn nozzle_thrust(vacuum: f64, pressure: f64, area: f64) -> f64 {
-    (vacuum - pressure * area).max(0.0)
+    let thrust = vacuum - pressure * area;
+    // A pressure that is not a number stays one, and stops the run.
+    if thrust < 0.0 { 0.0 } else { thrust }
 }
 
 /// An engine.
@@ -125,7 +127,8 @@ impl Model for Engine {
     type Yd = EngineOut;
     fn mode(&self, _: &Clock, _: &(), d: &Burning, u: &EngineIn) -> Burning {
         let least = self.p.throttle_min;
-        Burning { burns: u.throttle >= least || (d.burns && u.throttle > OUT * least) }
+        // A throttle that is not a number burns, and stops the run.
+        Burning { burns: !(u.throttle < least) || (d.burns && u.throttle > OUT * least) }
     }
     fn guards(&self, _: &Clock, _: &(), _: &Burning, _: &(), u: &EngineIn) -> LeastThrottle {
         let least = self.p.throttle_min;
@@ -142,7 +145,7 @@ impl Model for Engine {
         let throttle = u.throttle.clamp(0.0, 1.0);
         let off = p.throttle_min == 0.0 && throttle <= 0.0;
         // Within a step it burns on, at its least.
-        let throttle = throttle.max(p.throttle_min);
+        let throttle = if throttle < p.throttle_min { p.throttle_min } else { throttle };
         if !u.propellant.available || off || (p.throttle_min > 0.0 && !d.burns) {
             return EngineOut {
                 load: Wrench::zero(),
@@ -192,6 +195,8 @@ mod tests {
             m.direct(&Clock::at(0.0, 0.1, 0), &(), &Burning { burns: throttle > 0.0 }, &u, &())
         };
         assert!(at(0.05).thrust == 0.0 && at(0.05).propellant.flow > 0.0 && at(0.0).thrust == 0.0);
+        // NaN stays NaN.
+        assert!(nozzle_thrust(1e5, f64::NAN, 0.1).is_nan() && at(f64::NAN).thrust.is_nan());
         assert!((at(0.5).thrust - (5e4 - 10_132.5)).abs() < 1e-9);
     }
 
@@ -234,6 +239,7 @@ mod tests {
             (air.thrust - 400.0).abs() < 1e-12
                 && (air.propellant.flow - 0.5 * full.propellant.flow).abs() < 1e-15
         );
+        assert!(at(f64::NAN, true, 0.0, Vec3::zeros()).thrust.is_nan());
         for off in [at(0.3, true, 0.0, Vec3::x()), at(1.0, false, 1e5, Vec3::x())] {
             assert_eq!((off.propellant.flow, off.thrust, off.load), (0.0, 0.0, Wrench::zero()));
         }

@@ -103,6 +103,11 @@ impl Model for KickoffSpring {
     }
     fn remarks(&self, c: &Clock, _: &(), d: &LetGo, _: &(), u: &KickoffIn) -> Vec<BuildError> {
         let left = self.guards(c, &(), d, &(), u, &()).left;
+        if !d.over && left >= self.p.length {
+            let fact = "its ends coincide: the line along which it pushes has no direction";
+            let help = "let its ends begin apart: a spring that is pressed in still has a length";
+            return vec![BuildError::new(fact).help(help).at("length").stopping(true)];
+        }
         let gone = (!d.over && left <= 0.0).then(|| {
             let fact = format!(
                 "its ends are {:.6} m apart, and it is {} m long: they are separated already",

@@ -76,6 +76,18 @@ pub(crate) fn body_mu(world: &Handle<dyn World>) -> Result<f64, BuildError> {
     })
 }
 
+/// The site that W may be, for motion about the centre of the world's body in inertial axes.
+///
+/// # Errors
+/// W is level ground, which has no inertial axes.
+pub(crate) fn orbital(world: &Handle<dyn World>) -> Result<Option<Site>, BuildError> {
+    if let Axes::Level(_) = world.axes() {
+        let fact = "an orbit is about the centre of a body, and by `turning: false` of the world the ground is level and W does not turn";
+        return Err(BuildError::new(fact).help("remove `turning: false`, or this part"));
+    }
+    Ok(world.axes().site())
+}
+
 /// An orbit.
 pub struct Orbit {
     mu: f64,
@@ -92,12 +104,7 @@ impl Model for Orbit {
     type Ud = OrbitIn;
     type Yd = OrbitOut;
     fn build(p: OrbitParams) -> Result<Self, BuildError> {
-        let mu = body_mu(&p.world)?;
-        let site = p.world.axes().place();
-        if let Axes::Level(_) = p.world.axes() {
-            let fact = "an orbit is about the centre of a body, and by `turning: false` of the world the ground is level and W does not turn";
-            return Err(BuildError::new(fact).help("remove `turning: false`, or this part"));
-        }
+        let (mu, site) = (body_mu(&p.world)?, orbital(&p.world)?);
         let to_equator = p.world.planet_axes(0.0).inverse();
         let radius = p.radius.unwrap_or_else(|| p.world.radius());
         Ok(Orbit { mu, radius, site, to_equator })

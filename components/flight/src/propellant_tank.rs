@@ -4,7 +4,8 @@
 //! I about the com: x, y: m (3 r² + h²)/12, z: m r²/2
 //! ```
 //! The propellant stands settled on the bottom of an upright cylinder: node z points from the bottom to
-//! the surface. The body's own mass in the file is the dry mass. Running dry is an event.
+//! the surface. The body's own mass in the file is the dry mass. Running dry is an event. A dry tank can be filled: it gives
+//! nothing until its bottom is covered by 0.1 mm of propellant, so that supply does not switch without end.
 //!
 //! With `slosh: apart` the mass m₁ of the first slosh mode is left to a `flight.slosh`, which takes it from here:
 //! ```text
@@ -65,6 +66,9 @@ pub struct TankOut {
     /// Outlet, to which engines, lines and drains are connected.
     #[port(connector)]
     pub outlet: Propellant,
+    /// Volume of the propellant.
+    #[port("m^3")]
+    pub volume: f64,
     /// Mass that is left to `flight.slosh`.
     #[port("kg")]
     pub swinging: f64,
@@ -87,22 +91,38 @@ pub struct Content {
 /// Whether it has run dry.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Dry {
-    /// Nothing is left.
+    /// The tank is empty, or holds too little to be drawn.
     #[port]
     pub dry: bool,
 }
 
-/// The end of the propellant.
+/// The end of the propellant, and enough of it again.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Bottom {
-    /// Propellant left.
+    /// Propellant left, while there is some.
     #[port("kg", falling)]
     pub left: f64,
+    /// Propellant beyond that from which a dry tank supplies again.
+    #[port("kg", rising)]
+    pub filled: f64,
 }
+
+/// Guards by their places in [`Bottom`].
+const FILLED: usize = 1;
+
+/// Level (m) from which a dry tank supplies again.
+const FILM: f64 = 1e-4;
 
 /// A tank.
 pub struct PropellantTank {
     p: TankParams,
+}
+
+impl PropellantTank {
+    /// Mass (kg) of a metre of propellant.
+    fn per_metre(&self) -> f64 {
+        self.p.density * std::f64::consts::PI * self.p.radius * self.p.radius
+    }
 }
 
 /// A tank of settled propellant that adds its mass to a body and runs dry.
@@ -130,9 +150,9 @@ impl Model for PropellantTank {
     }
     fn moore(&self, _: &Clock, x: &Content, d: &Dry) -> TankOut {
         // A stage of the integrator may look behind the end of the propellant.
-        let m = if d.dry { 0.0 } else { x.mass.max(0.0) };
+        let m = x.mass.max(0.0);
         let r2 = self.p.radius * self.p.radius;
-        let level = m / (self.p.density * std::f64::consts::PI * r2);
+        let level = m / self.per_metre();
         let mode = Slosh { radius: self.p.radius, height: level, mass: m };
         let swing_height = mode.attachment();
         let (mut swinging, mut centre) = (0.0, 0.5 * level);
@@ -155,18 +175,29 @@ impl Model for PropellantTank {
             propellant: m,
             level,
             outlet: Propellant { available: !d.dry },
+            volume: m / self.p.density,
             swinging,
             swing_height,
             swing_stiffness: mode.per_acceleration(),
         }
     }
     fn deriv(&self, _: &Clock, _: &Content, d: &Dry, u: &Drawn) -> Content {
-        Content { mass: if d.dry { 0.0 } else { -u.outlet.flow } }
+        // A dry tank gives nothing; it can be filled.
+        let flow = u.outlet.flow;
+        Content { mass: if d.dry { (-flow).max(0.0) } else { -flow } }
     }
-    fn guards(&self, _: &Clock, x: &Content) -> Bottom {
-        Bottom { left: x.mass }
+    fn guards(&self, _: &Clock, x: &Content, d: &Dry) -> Bottom {
+        let filled = x.mass - FILM * self.per_metre();
+        match d.dry {
+            // Above zero: the end of the propellant is past, and is not due again in a later phase.
+            true => Bottom { left: 1.0, filled },
+            false => Bottom { left: x.mass, filled: -1.0 },
+        }
     }
-    fn fired(&self, _: &Clock, _: Fired<'_>, _: &Content, _: &Dry) -> (Content, Dry) {
+    fn fired(&self, _: &Clock, which: Fired<'_>, x: &Content, _: &Dry) -> (Content, Dry) {
+        if which.rose(FILLED) {
+            return (*x, Dry { dry: false });
+        }
         (Content { mass: 0.0 }, Dry { dry: true })
     }
 }
@@ -244,5 +275,36 @@ mod tests {
         assert_eq!(rate.mass, 0.0);
         let y = tank.moore(&c, &x, &d, &());
         assert!(!y.outlet.available && y.added == AddedMass::zero());
+    }
+
+    #[test]
+    fn a_dry_tank_can_be_filled() {
+        let tank = PropellantTank { p: params(0.0, 1000.0) };
+        let (c, x, d) = (Clock::at(0.0, 0.01, 0), tank.init_x(), tank.init_d());
+        assert!(d.dry);
+        let rate = |d: &Dry| {
+            tank.deriv(&c, &x, d, &Drawn { outlet: MassFlows { flow: -2.0 } }, &(), &(), &()).mass
+        };
+        assert_eq!((rate(&d), rate(&Dry { dry: false })), (2.0, 2.0));
+        // A film of 0.1 mm is 78.5 g.
+        let film = 0.1 * std::f64::consts::PI * 0.25;
+        let over = |mass: f64| {
+            tank.guards(
+                &c,
+                &Content { mass },
+                &d,
+                &Drawn { outlet: MassFlows { flow: 0.0 } },
+                &(),
+                &(),
+            )
+            .filled
+        };
+        assert!(over(film - 1e-6) < 0.0 && over(film + 1e-6) > 0.0);
+        let full = Content { mass: film };
+        let y = tank.moore(&c, &full, &d, &());
+        assert!((y.added.mass - film).abs() < 1e-15 && (y.volume * 1000.0 - film).abs() < 1e-15);
+        let u = Drawn { outlet: MassFlows { flow: 0.0 } };
+        let (x, d) = tank.fired(&c, Fired::rising(FILLED), &full, &d, &u, &(), &mut ());
+        assert!(x.mass == film && !d.dry);
     }
 }

@@ -20,7 +20,7 @@ pub struct RecontactParams {
     #[param(unit = "m", range = 0.0..)]
     pub radius_b: f64,
     /// Clearance from which on the least counts, once it was reached: below it they come back. Unwritten: it counts from the start.
-    #[param(unit = "m")]
+    #[param(unit = "m", range = 0.0..)]
     pub parted: Option<f64>,
     /// How far ahead it looks.
     #[param(unit = "s", default = 60.0, range = 0.0..)]

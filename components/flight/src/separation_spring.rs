@@ -1,12 +1,13 @@
 //! `flight.separation_spring`: a spring that pushes two bodies apart until its stroke is used up.
 //! ```text
 //! s = (p_b − p_a) · n                    n: the axis, fixed in a
-//! F = k (stroke − s) − c ṡ  while 0 ≤ s < stroke and F > 0, else 0
+//! F = k (stroke − s) − c ṡ  while s < stroke and F > 0, else 0
 //! on b: F n at b          on a: −F n at b as well
 //! ```
 //! Both forces act along one line, so momentum and angular momentum of the pair stay as they were. The
 //! energy ½ k stroke² goes into the two bodies when the spring starts fully compressed and c = 0. The
-//! instant at which it lets go is an event, so that no step runs over the corner in the force.
+//! instant at which it lets go is an event, so that no step runs over the corner in the force. A start with s < 0 is an error: no
+//! spring is pressed further than its stroke, and this one would hold more than ½ k stroke².
 
 use linkwork_runtime::prelude::*;
 
@@ -115,6 +116,15 @@ impl Model for SeparationSpring {
     }
     fn remarks(&self, c: &Clock, _: &(), d: &Released, _: &(), u: &SpringIn) -> Vec<BuildError> {
         let left = self.guards(c, &(), d, &(), u, &()).left;
+        if !d.released && left > self.p.stroke * (1.0 + 1e-9) {
+            let fact = format!(
+                "b is {:.6} m behind a along its axis: the spring is pressed further than its stroke of {} m",
+                left - self.p.stroke,
+                self.p.stroke
+            );
+            let help = "let the nodes coincide at the start, where the spring is fully compressed, or turn `axis` around";
+            return vec![BuildError::new(fact).help(help).at("stroke").stopping(true)];
+        }
         let gone = (!d.released && left <= 0.0).then(|| {
             let fact = format!(
                 "the two are {:.6} m apart along its axis, and its stroke is {} m: they are separated already",

@@ -30,7 +30,7 @@ pub struct Way {
     #[param(unit = "N m", default = Vec3::zeros())]
     pub moment: Vec3,
     /// Stiffness, N/m and N m/rad: it gives way as a spring with its damper. Unwritten: it tracks its pose, whatever the force.
-    #[param(default = None)]
+    #[param(default = None, range = 0.0..)]
     pub stiffness: Option<[f64; 2]>,
     /// The move ends as soon as that spring, with its damper, pushes with more than this, and fails when nothing is felt; for a way
     /// with `stiffness`.

@@ -52,7 +52,7 @@ pub struct Move {
     pub moment: Vec3,
     /// Stiffness of the tip, N/m and N m/rad: it gives way as a spring with its damper. √(k/m) of the inertia m
     /// that it moves, times the controller's sample, has to stay well below one. Unwritten: it tracks the pose, whatever the force.
-    #[param(default = None)]
+    #[param(default = None, range = 0.0..)]
     pub stiffness: Option<[f64; 2]>,
     /// Direction along which the spring of a compliant tip does not act: there only `force` does, and the damper, as when something is
     /// fed into its work. Unwritten: it acts along all.

@@ -32,7 +32,7 @@ pub struct WheelRigidParams {
     #[param(unit = "N s/m", default = 1500.0, range = 0.0..)]
     pub tangential_damping: f64,
     /// Coulomb coefficient; unwritten: the ground's own.
-    #[param(default = None)]
+    #[param(default = None, range = 0.0..)]
     pub friction: Option<f64>,
     /// The ground.
     #[param(service)]

@@ -53,7 +53,7 @@ fn close(got: [f64; 3], want: [f64; 3]) {
 }
 
 #[test]
-fn loads_match_the_published_table() {
+fn loads_are_those_of_the_balance_of_forces() {
     let deg = f64::to_radians;
     let at = |a: f64, t| curiosity(0.0).loads(deg(a), t);
     close(at(0.0, Traction::Proportional), [0.3303, 0.3885, 0.2812]);
@@ -70,7 +70,7 @@ fn loads_match_the_published_table() {
 }
 
 #[test]
-fn bogie_wheels_lift_at_the_published_slopes() {
+fn bogie_wheels_lift_at_the_slopes_of_the_closed_form() {
     // Uphill the middle wheel unloads at tan α = (x_b − x_r)/h_b, downhill the rear at (x_m − x_b)/h_b.
     let g = curiosity(0.0);
     let up = ((g.pivot[0] - g.x[2]) / g.pivot[1]).atan();

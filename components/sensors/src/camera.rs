@@ -59,7 +59,7 @@ pub struct CameraParams {
     #[param(unit = "m", default = 100.0, range = 1e-3..=1e7)]
     pub reach: f64,
     /// Albedo of the ground: red, green, blue.
-    #[param(default = [0.30, 0.19, 0.12])]
+    #[param(default = [0.30, 0.19, 0.12], range = 0.0..=1.0)]
     pub albedo: [f64; 3],
     /// Contrast of the ground's texture: the share by which its albedo changes.
     #[param(default = 0.35, range = 0.0..=1.0)]
@@ -76,9 +76,12 @@ pub struct CameraParams {
     /// The Sun, when there is one; else it stands high in the sky.
     #[param(service)]
     pub sun: Option<Handle<dyn Sun>>,
-    /// The world: where W is inertial, there is no sky that shines.
+    /// The world: the sky is dark where W is inertial, or where the body has no air.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
+    /// The air, when there is one: it makes a sky over a body that is not the Earth or Mars.
+    #[param(service)]
+    pub atmosphere: Option<Handle<dyn Atmosphere>>,
 }
 
 /// A camera or a pair.
@@ -112,8 +115,11 @@ impl CameraSensor {
         let seen = sun.light(t, at);
         // The default is of 1.52 AU.
         let share = (1.52 * AU / seen.distance).powi(2);
-        let space = self.p.world.as_ref().is_some_and(|w| w.axes() == Axes::Inertial);
-        let up = f64::from(u8::from(!space && seen.direction.z > 0.0));
+        let air = self.p.atmosphere.is_some();
+        let sky = self.p.world.as_ref().is_none_or(|w| {
+            w.axes() != Axes::Inertial && (air || matches!(w.body(), "earth" | "mars"))
+        });
+        let up = f64::from(u8::from(sky && seen.direction.z > 0.0));
         Light {
             sun: seen.direction,
             sun_irradiance: usual.sun_irradiance.map(|e| share * seen.visible * e),
@@ -297,7 +303,42 @@ mod tests {
             terrain: Some(Handle::new("ground", ground)),
             sun: None,
             world: None,
+            atmosphere: None,
         }
+    }
+
+    struct Noon;
+    impl Sun for Noon {
+        fn state(&self, _: f64) -> SunState {
+            SunState { direction: Vec3::z(), distance_au: 1.0 }
+        }
+    }
+
+    struct Thin;
+    impl Atmosphere for Thin {
+        fn air(&self, _: f64, _: Vec3) -> Air {
+            let (density, temperature) = (1e-3, 200.0);
+            Air { density, pressure: 50.0, temperature, speed_of_sound: 230.0, wind: Vec3::zeros() }
+        }
+    }
+
+    /// Without air the Sun alone lights the ground.
+    #[test]
+    fn a_body_without_air_has_no_sky() {
+        let pose = linkwork_spatial::Pose::new(Quat::identity(), Vec3::z() * 2e6);
+        let site = Site { pose, rate: 0.0, start: Quat::identity() };
+        let rock = linkwork_runtime::PlainWorld::of_site(5e12, 2e6, site).handle();
+        let sun = Arc::new(Noon) as Arc<dyn Sun>;
+        let air = Handle::new("air", Arc::new(Thin) as Arc<dyn Atmosphere>);
+        let sky = |world, atmosphere| {
+            let sun = Some(Handle::new("sun", sun.clone()));
+            let m = CameraSensor::build(CameraParams { sun, world, atmosphere, ..params() });
+            let light = m.unwrap().light(0.0, &Vec3::zeros());
+            assert!(light.sun_irradiance[0] > 0.0);
+            light.sky_irradiance[0]
+        };
+        assert_eq!(sky(Some(rock.clone()), None), 0.0);
+        assert!(sky(Some(rock), Some(air)) > 0.0 && sky(None, None) > 0.0);
     }
 
     /// A camera 2 m above the ground that looks along +x, downwards by an angle; then lanes of bodies.

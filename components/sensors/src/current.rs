@@ -1,17 +1,19 @@
 //! `sensors.current`: current of a motor or of a load by a shunt and a converter.
 //! ```text
 //! x = (1 + gain_error) i + offset + n           n ~ N(0, σ²)
-//! reading = clamp(x, ±range), in steps of 2 range/(2^bits − 1) where `bits` are written
+//! without `bits`:  reading = clamp(x, ±range)
+//! with `bits`:     reading = code q,   q = 2 range/2^bits,   code = round(x/q), −2^(bits−1) … 2^(bits−1) − 1
 //! ```
+//! The codes are two's complement: zero is one of them, and the greatest reading is one step below the range.
 
 use linkwork_runtime::prelude::*;
 
 /// Errors, range and converter.
 #[derive(Params, Clone, Debug)]
 pub struct CurrentParams {
-    /// Greatest current that it shows, both ways.
-    #[param(unit = "A", default = 1e9, range = 1e-9..)]
-    pub range: f64,
+    /// Greatest current that it shows, both ways; default: no limit. A converter needs it.
+    #[param(unit = "A", range = 1e-9..)]
+    pub range: Option<f64>,
     /// Error that stays.
     #[param(unit = "A", default = 0.0)]
     pub offset: f64,
@@ -48,8 +50,8 @@ pub struct CurrentOut {
 /// A current sensor.
 pub struct Current {
     p: CurrentParams,
-    /// One step of the converter, A.
-    step: Option<f64>,
+    /// One step of the converter (A), and codes below zero.
+    converter: Option<(f64, f64)>,
 }
 
 /// Current with offset, error of gain, noise, range and the steps of a converter; sampled.
@@ -63,17 +65,29 @@ impl Model for Current {
             let fact = format!("a converter of {bits} bits");
             return Err(BuildError::new(fact).help("write 1 to 32, or leave it out").at("bits"));
         }
-        let step = p.bits.map(|bits| 2.0 * p.range / (2f64.powi(bits.cast_signed()) - 1.0));
-        Ok(Current { p, step })
+        let half = p.bits.map(|bits| 2f64.powi(bits.cast_signed() - 1));
+        let converter = match (half, p.range) {
+            (None, _) => None,
+            (Some(half), Some(range)) => Some((range / half, half)),
+            (Some(_), None) => {
+                let fact = "a converter has steps of its range, and `range` is not written";
+                let help =
+                    "write the greatest current, such as range: \"20 A\", or leave `bits` out";
+                return Err(BuildError::new(fact).help(help).at("bits"));
+            }
+        };
+        Ok(Current { p, converter })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &CurrentIn) -> CurrentOut {
         let p = &self.p;
         let noise = if p.sigma > 0.0 { p.sigma * c.normal(0) } else { 0.0 };
         let x = (1.0 + p.gain_error) * u.current + p.offset + noise;
-        let within = x.clamp(-p.range, p.range);
-        // Codes count from the lower end.
-        let code = |step: f64| ((within + p.range) / step).round() * step - p.range;
-        CurrentOut { reading: self.step.map_or(within, code), valid: u.current.abs() <= p.range }
+        let most = p.range.unwrap_or(f64::INFINITY);
+        let reading = match self.converter {
+            Some((step, half)) => (x / step).round().clamp(-half, half - 1.0) * step,
+            None => x.clamp(-most, most),
+        };
+        CurrentOut { reading, valid: u.current.abs() <= most }
     }
     fn update(&self, _: &Clock, _: &(), _: &(), _: &()) {}
 }
@@ -83,7 +97,7 @@ mod tests {
     use super::*;
 
     fn params() -> CurrentParams {
-        CurrentParams { range: 10.0, offset: 0.0, gain_error: 0.0, sigma: 0.0, bits: None }
+        CurrentParams { range: Some(10.0), offset: 0.0, gain_error: 0.0, sigma: 0.0, bits: None }
     }
 
     fn read(p: CurrentParams, current: f64, row: u64) -> CurrentOut {
@@ -119,14 +133,25 @@ mod tests {
 
     #[test]
     fn codes_are_whole_and_errors_half_a_step() {
-        let step = 20.0 / 255.0;
+        let step = 20.0 / 256.0;
+        let coarse =
+            |current| read(CurrentParams { bits: Some(8), ..params() }, current, 0).reading;
         for k in 0..400 {
-            let current = -9.9 + 0.0497 * f64::from(k);
-            let reading = read(CurrentParams { bits: Some(8), ..params() }, current, 0).reading;
-            let code = (reading + 10.0) / step;
-            assert!((code - code.round()).abs() < 1e-9, "{reading}");
-            assert!((reading - current).abs() <= 0.5 * step + 1e-12, "{reading} {current}");
+            let current = -9.9 + 0.0495 * f64::from(k);
+            let code = coarse(current) / step;
+            assert!((code - code.round()).abs() < 1e-9, "{code}");
+            assert!((coarse(current) - current).abs() <= 0.5 * step + 1e-12, "{code} {current}");
         }
+        // A current of zero reads zero, and the ends are the ends of two's complement.
+        assert_eq!((coarse(0.0), coarse(-12.0), coarse(12.0)), (0.0, -10.0, 10.0 - step));
+        for bits in [1, 2, 12, 32] {
+            let p = CurrentParams { bits: Some(bits), ..params() };
+            assert_eq!(read(p, 0.0, 0).reading, 0.0, "{bits} bits");
+        }
+        let free = CurrentParams { range: None, ..params() };
+        assert_eq!(read(free.clone(), 1e7, 0).reading, 1e7);
+        let e = Current::build(CurrentParams { bits: Some(12), ..free }).err().unwrap();
+        assert!(e.param.as_deref() == Some("bits") && e.help.unwrap().contains("range"));
         for bits in [0, 33] {
             let e = Current::build(CurrentParams { bits: Some(bits), ..params() }).err().unwrap();
             assert!(e.param.as_deref() == Some("bits") && e.help.is_some());

@@ -2,6 +2,7 @@
 //! ```text
 //! count = floor(ticks · gear · q/2π),   angle = 2π count/(ticks · gear),   rate = Δangle/Δt
 //! ```
+//! The first sample counts from where the shaft was a sample earlier at its present rate, so that it reads a rate as all others do.
 
 use linkwork_runtime::prelude::*;
 use std::f64::consts::TAU;
@@ -71,7 +72,11 @@ impl Model for Encoder {
     fn direct(&self, c: &Clock, _: &(), d: &EncoderState, u: &EncoderIn) -> EncoderOut {
         let count = self.count(u.shaft.angle);
         let tick = TAU / (self.p.ticks * self.p.gear);
-        let moved = if d.started && c.dt > 0.0 { (count - d.count) / c.dt } else { 0.0 };
+        let before = match d.started {
+            true => d.count,
+            false => self.count(u.shaft.angle - u.shaft.rate * c.dt),
+        };
+        let moved = if c.dt > 0.0 { (count - before) / c.dt } else { 0.0 };
         EncoderOut { count, angle: count * tick, rate: moved * tick }
     }
     fn update(&self, _: &Clock, _: &(), _: &EncoderState, _: &(), u: &EncoderIn) -> EncoderState {
@@ -95,9 +100,11 @@ mod tests {
             let y = e.direct(&c, &(), &d, &u, &());
             assert_eq!(y.count.fract(), 0.0);
             assert!((y.angle - shaft.angle).abs() <= TAU / 200.0 + 1e-12);
+            // In every sample, the first one too, by whole ticks: within one of them.
+            assert!((y.rate + 0.5).abs() <= TAU / 200.0 / dt + 1e-12, "{n}: {}", y.rate);
             sum += y.rate;
             d = e.update(&c, &(), &d, &(), &u, &mut ());
         }
-        assert!((sum / 1000.0 + 0.5).abs() < 2e-3, "{}", sum / 1000.0);
+        assert!((sum / 1001.0 + 0.5).abs() < 2e-3, "{}", sum / 1001.0);
     }
 }

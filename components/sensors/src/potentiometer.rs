@@ -1,9 +1,10 @@
 //! `sensors.potentiometer`: absolute angle of a joint by a resistive track and a converter.
 //! ```text
 //! x = (q + n − lower)/(upper − lower)          n ~ N(0, σ²);  x within 0 … 1: beyond the ends of the track the wiper stays at them
-//! code = round(x · (2^bits − 1))               without `bits` every x
-//! angle = lower + (upper − lower) · code/(2^bits − 1)
+//! code = round(x · 2^bits), 2^bits − 1 at most    without `bits` every x
+//! angle = lower + (upper − lower) · code/2^bits
 //! ```
+//! The middle of the track is a code, so that the middle of a symmetric track reads zero; the greatest angle is one step below the upper end.
 
 use linkwork_runtime::prelude::*;
 
@@ -68,7 +69,7 @@ impl Model for Potentiometer {
             let fact = format!("a converter of {bits} bits");
             return Err(BuildError::new(fact).help("write 1 to 32, or leave it out").at("bits"));
         }
-        let steps = p.bits.map(|bits| 2f64.powi(bits.cast_signed()) - 1.0);
+        let steps = p.bits.map(|bits| 2f64.powi(bits.cast_signed()));
         Ok(Potentiometer { p, steps })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &PotentiometerIn) -> PotentiometerOut {
@@ -76,7 +77,9 @@ impl Model for Potentiometer {
         let noise = if p.sigma > 0.0 { p.sigma * c.normal(0) } else { 0.0 };
         let place = (u.shaft.angle + noise - p.lower) / (p.upper - p.lower);
         let place = place.clamp(0.0, 1.0);
-        let ratio = self.steps.map_or(place, |steps| (place * steps).round() / steps);
+        let ratio = self
+            .steps
+            .map_or(place, |steps| (place * steps).round().clamp(0.0, steps - 1.0) / steps);
         let valid = (p.lower..=p.upper).contains(&u.shaft.angle);
         PotentiometerOut { angle: p.lower + (p.upper - p.lower) * ratio, ratio, valid }
     }
@@ -99,18 +102,20 @@ mod tests {
     #[test]
     fn codes_are_whole_and_errors_half_a_step() {
         let m = Potentiometer::build(params(Some(10), 0.0)).unwrap();
-        let step = 3.0 / 1023.0;
+        let step = 3.0 / 1024.0;
         let mut worst = 0.0_f64;
-        for k in 0..=3000 {
+        for k in 0..2998 {
             let angle = -1.0 + f64::from(k) * 1e-3;
             let y = read(&m, angle, 0);
-            let code = y.ratio * 1023.0;
+            let code = y.ratio * 1024.0;
             assert!((code - code.round()).abs() < 1e-9 && y.valid, "{code}");
             let error = (y.angle - angle).abs();
             assert!(error <= 0.5 * step + 1e-12, "{error}");
             worst = worst.max(error);
         }
         assert!(worst > 0.45 * step, "{worst}");
+        assert_eq!(read(&m, 0.5, 0).angle, 0.5);
+        assert!((read(&m, 2.0, 0).angle - (2.0 - step)).abs() < 1e-12);
         let exact = Potentiometer::build(params(None, 0.0)).unwrap();
         assert!((read(&exact, 0.123_456, 0).angle - 0.123_456).abs() < 1e-15);
     }
@@ -118,9 +123,9 @@ mod tests {
     #[test]
     fn beyond_its_ends_it_stays_there_and_says_so() {
         let m = Potentiometer::build(params(Some(12), 0.0)).unwrap();
-        for (angle, shown) in [(2.5, 2.0), (-1.001, -1.0)] {
+        for (angle, shown) in [(2.5, 2.0 - 3.0 / 4096.0), (-1.001, -1.0)] {
             let y = read(&m, angle, 0);
-            assert_eq!((y.angle, y.valid), (shown, false));
+            assert!((y.angle - shown).abs() < 1e-12 && !y.valid, "{}", y.angle);
         }
     }
 

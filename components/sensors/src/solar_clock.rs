@@ -63,8 +63,7 @@ impl Model for SolarClock {
             return Err(BuildError::new("the site is at the centre of the body").help(help));
         };
         let latitude = here.latitude;
-        let across = site.from_planet_axes(&Vec3::z()).cross(&Vec3::z());
-        let east = if across.norm() > 1e-9 { across.normalize() } else { Vec3::x() };
+        let east = site.east();
         let north = Vec3::z().cross(&east);
         Ok(SolarClock { sun: p.sun, latitude, east, north })
     }

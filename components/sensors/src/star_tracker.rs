@@ -17,9 +17,9 @@ pub struct StarTrackerParams {
     /// Greatest rate at which it has a fix.
     #[param(unit = "rad/s", default = 0.0262, range = 0.0..)]
     pub rate_max: f64,
-    /// Gravity, which knows the site that W may be.
+    /// The world, in which W may be a site.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The mount.
@@ -62,7 +62,7 @@ impl Model for StarTracker {
                 .help("write three numbers from 0 up")
                 .at("sigma"));
         }
-        let site = p.gravity.as_ref().and_then(|g| g.site());
+        let site = p.world.as_ref().and_then(|w| w.axes().site());
         Ok(StarTracker { p, site })
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &StarTrackerIn) -> StarTrackerOut {
@@ -93,7 +93,7 @@ mod tests {
     #[test]
     fn its_errors_have_the_deviations_of_its_axes() {
         let sigma = Vec3::new(3e-5, 5e-5, 3e-4);
-        let p = StarTrackerParams { sigma, rate_max: 0.02, gravity: None };
+        let p = StarTrackerParams { sigma, rate_max: 0.02, world: None };
         let q = Quat::from_scaled_axis(Vec3::new(1.1, -0.4, 2.0));
         let (mut mean, mut square) = (Vec3::zeros(), Vec3::zeros());
         let count = 4000;
@@ -112,26 +112,14 @@ mod tests {
         }
     }
 
-    /// A site of a planet that turns fast.
-    struct Turning(Site);
-    impl Gravity for Turning {
-        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
-            Vec3::zeros()
-        }
-        fn axes(&self) -> Axes {
-            Axes::Site(self.0)
-        }
-    }
-
     #[test]
     fn from_a_site_the_stars_turn() {
         let pose =
             linkwork_spatial::Pose::new(Quat::from_euler_angles(0.3, -0.8, 1.1), Vec3::zeros());
         let start = Quat::from_euler_angles(-0.4, 0.2, 0.9);
         let site = Site { pose, rate: 0.015, start };
-        let gravity = std::sync::Arc::new(Turning(site)) as std::sync::Arc<dyn Gravity>;
-        let gravity = Some(Handle::new("gravity", gravity));
-        let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02, gravity };
+        let world = Some(linkwork_runtime::PlainWorld::of_site(4e13, 3e6, site).handle());
+        let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02, world };
         let q = Quat::from_scaled_axis(Vec3::new(0.3, 0.2, -0.1));
         // At rest in W, 30 s: the planet has turned by 0.45 rad about its pole, as seen from the stars.
         let (a, b) = (read(&p, 0, Vec3::zeros(), q), read(&p, 300, Vec3::zeros(), q));
@@ -147,14 +135,14 @@ mod tests {
 
     #[test]
     fn above_its_rate_it_has_no_fix_and_nonsense_is_refused() {
-        let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02, gravity: None };
+        let p = StarTrackerParams { sigma: Vec3::zeros(), rate_max: 0.02, world: None };
         let q = Quat::from_scaled_axis(Vec3::new(0.3, 0.2, -0.1));
         let slow = read(&p, 1, Vec3::new(0.0, 0.019, 0.0), q);
         assert!(slow.fix && slow.attitude == q);
         let fast = read(&p, 1, Vec3::new(0.0, 0.021, 0.0), q);
         assert!(!fast.fix && fast.attitude == Quat::identity());
         let sigma = Vec3::new(1e-5, -1e-5, 1e-4);
-        let p = StarTrackerParams { sigma, rate_max: 0.1, gravity: None };
+        let p = StarTrackerParams { sigma, rate_max: 0.1, world: None };
         let e = StarTracker::build(p).err().unwrap();
         assert!(e.param.as_deref() == Some("sigma") && e.help.is_some());
     }

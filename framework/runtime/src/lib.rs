@@ -33,6 +33,7 @@ mod site;
 mod sized;
 mod slopes;
 mod spec;
+mod start;
 mod step;
 mod tap;
 mod time;
@@ -83,6 +84,7 @@ pub use slopes::{Operation, Slopes};
 pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };
+pub use start::{Anomaly, BodyStart, Start, StartFrame};
 pub use step::{
     GuardState, MoveReport, Notice, Observer, Profile, RunError, Simulation, Spent, State, Stop,
     Stretch, VariableError,

@@ -40,6 +40,13 @@ impl Site {
         self.start * turned * self.pose.rotation
     }
 
+    /// East at the origin of W, a level unit vector of W; x where the origin is at a pole.
+    #[must_use]
+    pub fn east(&self) -> Vec3 {
+        let across = self.from_planet_axes(&Vec3::z()).cross(&Vec3::z());
+        if across.norm() > 1e-9 { across.normalize() } else { Vec3::x() }
+    }
+
     /// From the planet's centre to `p`, both in W, m.
     #[must_use]
     pub fn relative_to_centre(&self, p: &Vec3) -> Vec3 {

@@ -11,6 +11,7 @@
 use crate::model::BuildError;
 use crate::services::{Gravity, Handle, ServiceKind, Services};
 use crate::site::{Axes, Site};
+use crate::start::Start;
 use linkwork_spatial::{Quat, Vec3};
 use std::any::Any;
 
@@ -50,6 +51,14 @@ pub trait World: Send + Sync {
     /// From the body's centre to `p` (m), both in W.
     fn relative_to_centre(&self, p: &Vec3) -> Vec3 {
         self.axes().place().map_or(*p, |s| s.relative_to_centre(p))
+    }
+    /// Position (m) and velocity (m/s) in W at t = 0 of a body that starts so.
+    ///
+    /// # Errors
+    /// What of it has no meaning in this world, with the remedy.
+    fn start(&self, _: &Start) -> Result<(Vec3, Vec3), BuildError> {
+        let fact = "this world has no orbits and no named axes";
+        Err(BuildError::new(fact).help("write `position` and `velocity` in W"))
     }
     /// Why it cannot answer at simulated time t (s): the span that its data cover, and the remedy.
     fn trouble(&self, _t: f64) -> Option<BuildError> {

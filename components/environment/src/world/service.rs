@@ -3,9 +3,10 @@
 use super::{Centre, Planet, WorldParams};
 use crate::ephemeris::{Course, Heavens};
 use crate::light::Seen;
+use linkwork_runtime::Start;
 use linkwork_runtime::prelude::*;
 use linkwork_world::planet::Geodetic;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The world of a simulation; copies share it.
 #[derive(Clone)]
@@ -21,8 +22,8 @@ pub struct Inner {
     mu: Option<f64>,
     /// Where the others are, with an epoch.
     heavens: Option<Heavens>,
-    /// Those that cast shadows, with their radii (m).
-    shadows: Vec<(Course, f64)>,
+    /// Those that cast shadows, with their radii (m): made where a Sun asks for them.
+    shadows: OnceLock<Vec<(Course, f64)>>,
 }
 
 impl std::ops::Deref for PlanetWorld {
@@ -97,6 +98,65 @@ impl Inner {
         self.params.sun_distance.or_else(|| self.params.body.sun_distance())
     }
 
+    /// Makes ready what light needs: the courses of the bodies that cast shadows. A Sun calls this when it is built, so that a world in which
+    /// nothing has light does not need an ephemeris of them.
+    ///
+    /// # Errors
+    /// Where one of these bodies is, is not known, or it cannot cast a shadow.
+    pub fn needs_light(&self) -> Result<(), BuildError> {
+        if self.shadows.get().is_none() {
+            let _ = self.shadows.set(self.made_shadows()?);
+        }
+        Ok(())
+    }
+
+    fn made_shadows(&self) -> Result<Vec<(Course, f64)>, BuildError> {
+        let p = &self.params;
+        let wrong = |fact: &str, help: &str| Err(BuildError::new(fact).help(help).at("shadows"));
+        let Some(heavens) = self.heavens.as_ref().filter(|_| p.body.body().is_some()) else {
+            if p.shadows.as_ref().is_some_and(|s| !s.is_empty()) {
+                return wrong(
+                    "where these bodies are is not known",
+                    "write `epoch` and `turns: iau`, for the Earth, Mars or the Moon",
+                );
+            }
+            return Ok(Vec::new());
+        };
+        let own = p.body.body();
+        let mut shadows = Vec::new();
+        for third in p.shadows.as_deref().unwrap_or_else(|| p.body.neighbours()) {
+            let Some(radius) = third.radius() else {
+                return wrong("the Sun casts no shadow", "name planets or the Moon");
+            };
+            if Some(third.body().0) == own {
+                let fact = "the central body casts its shadow in any case";
+                return wrong(fact, "name the others alone");
+            }
+            let course =
+                heavens.course(third.body().0, "shadows").map_err(|e| match &p.shadows {
+                    Some(_) => e,
+                    None => {
+                        let body = third.body().0;
+                        let fact = format!(
+                            "the {body:?} may hide the Sun, and where it is, is not known: {}",
+                            e.message
+                        );
+                        let more =
+                            "write `shadows: []` in `world` where its shadow does not matter";
+                        let help = e.help.map_or(more.to_string(), |h| format!("{h}; or {more}"));
+                        BuildError::new(fact).help(help)
+                    }
+                })?;
+            shadows.push((course, radius));
+        }
+        Ok(shadows)
+    }
+
+    /// Those that cast shadows; none before [`Inner::needs_light`].
+    fn shadows(&self) -> &[(Course, f64)] {
+        self.shadows.get().map_or(&[], |all| all)
+    }
+
     /// Sunlight at p (m, W) at t (s), given the Sun's place `sun` from the centre of the body (m, W).
     pub fn light(&self, t: f64, p: &Vec3, sun: &Vec3) -> Light {
         let planet = &self.planet;
@@ -111,9 +171,10 @@ impl Inner {
             }
             _ => seen.behind(&-r, planet.ellipsoid.equatorial_radius()),
         }
-        if !self.shadows.is_empty() {
+        let shadows = self.shadows();
+        if !shadows.is_empty() {
             let turn = planet.site.map(|s| s.to_inertial(t).inverse());
-            for (course, radius) in &self.shadows {
+            for (course, radius) in shadows {
                 let s = course.at(t);
                 seen.behind(&(turn.map_or(s, |turn| turn * s) - r), *radius);
             }
@@ -155,8 +216,11 @@ impl World for PlanetWorld {
         let Geodetic { latitude, longitude, altitude } = place;
         Some(Geographic { latitude, longitude, altitude })
     }
+    fn start(&self, start: &Start) -> Result<(Vec3, Vec3), BuildError> {
+        self.started(start)
+    }
     fn trouble(&self, t: f64) -> Option<BuildError> {
-        self.shadows.iter().find_map(|(course, _)| course.trouble(t))
+        self.shadows().iter().find_map(|(course, _)| course.trouble(t))
     }
     fn as_any(&self) -> &dyn std::any::Any {
         self
@@ -178,35 +242,14 @@ impl Service for PlanetWorld {
                 .help("write `epoch`, or remove `kernel`")
                 .at("kernel"));
         }
-        let mut shadows = Vec::new();
-        let own = p.body.body();
-        match (&heavens, &p.shadows) {
-            (Some(heavens), written) if own.is_some() => {
-                let all = written.as_deref().unwrap_or_else(|| p.body.neighbours());
-                for third in all {
-                    let Some(radius) = third.radius() else {
-                        let fact = "the Sun casts no shadow";
-                        return Err(BuildError::new(fact)
-                            .help("name planets or the Moon")
-                            .at("shadows"));
-                    };
-                    if Some(third.body().0) == own {
-                        let fact = "the central body casts its shadow in any case";
-                        return Err(BuildError::new(fact)
-                            .help("name the others alone")
-                            .at("shadows"));
-                    }
-                    shadows.push((heavens.course(third.body().0, "shadows")?, radius));
-                }
-            }
-            (_, Some(written)) if !written.is_empty() => {
-                let fact = "where these bodies are is not known";
-                let help = "write `epoch` and `turns: iau`, for the Earth, Mars or the Moon";
-                return Err(BuildError::new(fact).help(help).at("shadows"));
-            }
-            _ => {}
-        }
         let mu = p.mu.or_else(|| p.body.mu());
-        Ok(PlanetWorld(Arc::new(Inner { params: p, planet, mu, heavens, shadows })))
+        let written = p.shadows.as_ref().is_some_and(|s| !s.is_empty());
+        let shadows = OnceLock::new();
+        let world = PlanetWorld(Arc::new(Inner { params: p, planet, mu, heavens, shadows }));
+        // Written bodies are checked here. The default matters only where a Sun exists.
+        if written {
+            world.needs_light()?;
+        }
+        Ok(world)
     }
 }

@@ -201,6 +201,8 @@ fn the_earth_hides_the_sun_from_the_moon() {
         ..WorldParams::of(Centre::Moon)
     };
     let (world, alone) = (built(moon(None)), built(moon(Some(vec![]))));
+    // Light asks for it: a world without a Sun needs no ephemeris of the neighbours.
+    assert!(world.needs_light().is_ok() && alone.needs_light().is_ok());
     let course = world.heavens("").unwrap().course(Body::Sun, "").unwrap();
     let at = |world: &PlanetWorld, minute: f64| {
         let t = 60.0 * minute;

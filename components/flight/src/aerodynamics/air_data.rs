@@ -82,12 +82,15 @@ impl AirData {
 
     /// Heat flux at the stagnation point of a nose of `radius` m, W/m²: by Sutton and Graves in continuous flow, q_c = k √(ρ/r_n) V³,
     /// and no more than the energy that the gas brings where it is thin, q_f = ρ V³/2; between them q = q_c/√(1 + (q_c/q_f)²). It differs
-    /// from q_c by less than 1 % where q_f is seven times as large.
+    /// from q_c by less than 1 % where q_f is more than 7.1 times as large. 0 without a gas.
     pub fn heating(&self, constant: f64, radius: f64) -> f64 {
+        if self.density == 0.0 {
+            return 0.0;
+        }
         let continuous = constant * (self.density / radius).sqrt() * self.speed.powi(3);
         // (q_c/q_f)² = 4 k²/(ρ r_n).
         let over = 4.0 * constant * constant / (self.density * radius);
-        if over.is_finite() { continuous / (1.0 + over).sqrt() } else { 0.0 }
+        continuous / (1.0 + over).sqrt()
     }
 
     /// Unit vector across x along which the velocity leans, body axes (0, v, w)/√(v² + w²); zero when it does not.
@@ -182,6 +185,14 @@ mod tests {
         assert!((a.pressure - 2500.0).abs() < 1e-9);
         assert!((rotation * a.angular - Vec3::new(0.1, 0.2, 0.0)).norm() < 1e-15);
         assert!((a.lean().norm() - 1.0).abs() < 1e-15 && a.lean().dot(&v) > 0.0);
+        // The flux without gas is zero, and NaN stays NaN.
+        let heat =
+            |density: f64| AirData::of(&node, &air(density, wind), &rate).heating(1.9e-4, 2.25);
+        assert!(heat(0.0) == 0.0 && heat(f64::NAN).is_nan() && heat(1e-300) > 0.0);
+        // Seven times: 1/√(1 + 1/49) is 1.01 % less.
+        let thin = 49.0 * 4.0 * 1.9e-4 * 1.9e-4 / 2.25;
+        let continuous = 1.9e-4 * (thin / 2.25_f64).sqrt() * 500f64.powi(3);
+        assert!((heat(thin) / continuous - 0.98995).abs() < 1e-5);
         let still = AirData::of(&NodeState::identity(), &air(0.02, Vec3::zeros()), &rate);
         assert_eq!(
             (still.alpha(), still.beta(), still.alpha_total(), still.lean()),

@@ -6,6 +6,9 @@
 //! Lengths and intensities are written, or follow the height above the ground by MIL-F-8785C. From sample to sample the filters
 //! are exact; between samples the gust stays. Wire `velocity` to the `gust` of the craft's aerodynamics, drag, canopy or balloon.
 //! The first sample is of air that has been gusty for ever.
+//!
+//! MIL-F-8785C gives intensities up to 80 000 ft (24 384 m): above that height the gusts are zero. With `length` and `sigma` gusts blow at every height.
+//! The gust is one velocity for the whole vehicle: rotation of the air over its span (p, q, r of MIL-F-8785C) is not modelled.
 
 use linkwork_runtime::prelude::*;
 use linkwork_world::atmosphere::{Dryden, DrydenState, Turbulence};
@@ -69,6 +72,9 @@ pub struct GustState {
     pub begun: bool,
 }
 
+/// Height (m) above which MIL-F-8785C gives no intensity: 80 000 ft.
+const TOP: f64 = 24_384.0;
+
 /// Gusts by Dryden's spectra.
 pub struct Gusts {
     p: GustParams,
@@ -95,6 +101,10 @@ fn axes(through: &Vec3, up: &Vec3) -> [Vec3; 3] {
 impl Gusts {
     fn turbulence(&self, height: f64) -> Option<Turbulence> {
         let p = &self.p;
+        if self.fixed.is_none() && height > TOP {
+            let length = Vec3::from_element(1.0);
+            return Some(Turbulence { length, sigma: Vec3::zeros() });
+        }
         self.fixed.or_else(|| Turbulence::mil_f_8785c(height, p.wind_20ft, p.sigma_high).ok())
     }
 
@@ -154,6 +164,17 @@ impl Model for Gusts {
             None => now,
         };
         GustState { u: next.u, v: next.v, w: next.w, begun: true }
+    }
+    fn remarks(&self, _: &Clock, _: &(), _: &GustState, _: &(), u: &GustIn) -> Vec<BuildError> {
+        if self.fixed.is_some() || u.height <= TOP {
+            return Vec::new();
+        }
+        let fact = format!(
+            "it begins {:.0} m above the ground, and gusts of MIL-F-8785C end at {TOP} m: there are none above",
+            u.height
+        );
+        let help = "write `length` and `sigma` for gusts at every height, or leave it out";
+        vec![BuildError::new(fact).help(help)]
     }
 }
 

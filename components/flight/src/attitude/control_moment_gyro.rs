@@ -21,9 +21,9 @@ pub struct GyroParams {
     /// Greatest rate of the gimbal.
     #[param(unit = "rad/s", default = 1.0, range = 0.0..)]
     pub rate_max: f64,
-    /// Gravity, which knows the site that W may be.
+    /// The world: the momentum of the wheel turns with a site that W may be.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// Body and command.
@@ -77,7 +77,7 @@ impl Model for ControlMomentGyro {
     type Yd = GyroOut;
     type X = Gimbal;
     fn build(p: GyroParams) -> Result<Self, BuildError> {
-        let turning = turning(p.gravity.as_ref());
+        let turning = turning(p.world.as_ref());
         Ok(ControlMomentGyro { p, turning })
     }
     fn init_x(&self) -> Gimbal {
@@ -107,8 +107,8 @@ mod tests {
     use super::*;
     use crate::attitude::tests::{fast_site, turning_node};
 
-    fn gyro(gravity: Option<Handle<dyn Gravity>>) -> ControlMomentGyro {
-        let p = GyroParams { momentum: 30.0, angle: 0.4, rate_max: 1.0, gravity };
+    fn gyro(world: Option<Handle<dyn World>>) -> ControlMomentGyro {
+        let p = GyroParams { momentum: 30.0, angle: 0.4, rate_max: 1.0, world };
         ControlMomentGyro::build(p).unwrap()
     }
 
@@ -135,8 +135,8 @@ mod tests {
 
     #[test]
     fn in_a_site_it_is_what_the_momentum_loses_in_inertial_axes() {
-        let (site, gravity) = fast_site();
-        let m = gyro(Some(gravity));
+        let (site, world) = fast_site();
+        let m = gyro(Some(world));
         let (omega, rate) = (Vec3::new(0.02, -0.05, 0.03), 0.6);
         let at = |t: f64| {
             let x = Gimbal { angle: 0.4 + rate * t };

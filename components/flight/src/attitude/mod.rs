@@ -9,27 +9,25 @@ pub mod thrust_vector;
 
 use linkwork_runtime::prelude::*;
 
-/// Angular velocity (rad/s, W) of W in inertial space: of the site that gravity knows, or none.
-fn turning(gravity: Option<&Handle<dyn Gravity>>) -> Vec3 {
-    gravity.and_then(|g| g.site()).map_or_else(Vec3::zeros, |s| s.omega())
+/// Angular velocity (rad/s, W) of W in inertial space: of the site that W is, or none.
+fn turning(world: Option<&Handle<dyn World>>) -> Vec3 {
+    world.and_then(|w| w.axes().site()).map_or_else(Vec3::zeros, |s| s.omega())
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::guidance::planet::tests::Point;
-    use std::sync::Arc;
+    use linkwork_runtime::PlainWorld;
 
-    /// A site of a planet that turns fast, and the gravity that knows it.
-    pub fn fast_site() -> (Site, Handle<dyn Gravity>) {
+    /// A site on a planet that rotates fast, and its world.
+    pub fn fast_site() -> (Site, Handle<dyn World>) {
         let pose = linkwork_spatial::Pose::new(
             Quat::from_euler_angles(0.3, -0.8, 1.1),
             Vec3::new(2e6, -1e6, 2.4e6),
         );
         let start = Quat::from_euler_angles(-0.4, 0.2, 0.9);
         let site = Site { pose, rate: 0.05, start };
-        let point = Point { mu: 4.3e13, site: Some(site) };
-        (site, Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>))
+        (site, PlainWorld::of_site(4.3e13, 3.3e6, site).handle())
     }
 
     /// A node that turns in W at `omega` (rad/s, W), at t.
@@ -40,12 +38,12 @@ pub(crate) mod tests {
 
     #[test]
     fn the_turning_is_that_of_inertial_axes() {
-        let (site, gravity) = fast_site();
+        let (site, world) = fast_site();
         let h = 1e-4;
         // Of axes of W in inertial ones, by differences.
         let turned = site.to_inertial(-h).inverse() * site.to_inertial(h);
         let rate = turned.scaled_axis() / (2.0 * h);
-        assert!((rate - turning(Some(&gravity))).norm() < 1e-9, "{rate}");
+        assert!((rate - turning(Some(&world))).norm() < 1e-9, "{rate}");
         assert_eq!(turning(None), Vec3::zeros());
     }
 }

@@ -51,9 +51,9 @@ pub struct WheelParams {
     /// Dynamic imbalance U_d.
     #[param(unit = "kg m^2", default = 0.0, range = 0.0..)]
     pub dynamic_imbalance: f64,
-    /// Gravity, which knows the site that W may be.
+    /// The world: the momentum of the wheel turns with a site that W may be.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// Body and command.
@@ -161,7 +161,7 @@ impl Model for ReactionWheel {
     type Yd = WheelOut;
     type X = Spin;
     fn build(p: WheelParams) -> Result<Self, BuildError> {
-        let turning = turning(p.gravity.as_ref());
+        let turning = turning(p.world.as_ref());
         Ok(ReactionWheel { p, turning })
     }
     fn init_x(&self) -> Spin {
@@ -172,7 +172,8 @@ impl Model for ReactionWheel {
         let R = u.wheel.rotation;
         let axis = R * Vec3::z();
         let rate = u.wheel.angular + self.turning;
-        let (speed, friction) = (self.speed(x, u), self.friction(self.speed(x, u)));
+        let speed = self.speed(x, u);
+        let friction = self.friction(speed);
         let mut torque = u.torque.clamp(-p.torque_max, p.torque_max);
         if d.limit != 0.0 {
             torque = d.limit * (d.limit * torque).min((d.limit * friction).max(0.0));
@@ -247,7 +248,7 @@ mod tests {
             viscous: 1e-5,
             static_imbalance: 2.8e-6,
             dynamic_imbalance: 7.7e-7,
-            gravity: None,
+            world: None,
         }
     }
 
@@ -259,8 +260,8 @@ mod tests {
     }
 
     #[test]
-    fn imbalance_of_a_published_wheel_at_600_rad_s() {
-        // HR16: 1.008 N and 0.2772 N m.
+    fn imbalance_grows_with_the_square_of_the_speed() {
+        // 2.8e-6 kg m and 7.7e-7 kg m² at 600 rad/s.
         let m = ReactionWheel::build(params()).unwrap();
         let y = at(&m, &Spin { angle: 0.7, ..m.init_x() }, 0.0, Vec3::zeros());
         assert!((y.load.force.norm() - 1.008).abs() < 1e-12);
@@ -304,10 +305,10 @@ mod tests {
 
     #[test]
     fn in_a_site_the_load_is_what_its_momentum_loses_in_inertial_axes() {
-        let (site, gravity) = fast_site();
+        let (site, world) = fast_site();
         let mut p = params();
         (p.static_imbalance, p.dynamic_imbalance) = (0.0, 0.0);
-        p.gravity = Some(gravity);
+        p.world = Some(world);
         let m = ReactionWheel::build(p).unwrap();
         let omega = Vec3::new(0.02, -0.05, 0.03);
         let (t, h) = (7.0, 1e-5);

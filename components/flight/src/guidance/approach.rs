@@ -11,6 +11,7 @@
 //! the distance and ends at v_T. Both know the linear field: they measure anew at each sample or stage.
 
 use super::rendezvous::{StationIn, at_most, relative};
+use crate::orbit::orbital;
 use linkwork_runtime::prelude::*;
 use linkwork_world::orbit::{ClohessyWiltshire, Relative};
 
@@ -52,9 +53,9 @@ pub struct TransferParams {
     /// Time before the arrival from which on nothing is done: the law asks for more and more there.
     #[param(unit = "s", default = 60.0, range = 1e-3..)]
     pub freeze: f64,
-    /// Gravity, which knows the site that W may be.
+    /// The world, about whose body the two are.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Handle<dyn World>,
 }
 
 /// What a transfer wants.
@@ -131,7 +132,7 @@ impl Model for Transfer {
     type Yd = TransferOut;
     type D = Taken;
     fn build(p: TransferParams) -> Result<Self, BuildError> {
-        let site = p.gravity.as_ref().and_then(|g| g.site());
+        let site = orbital(&p.world)?;
         Ok(Transfer { p, site })
     }
     fn moore(&self, _: &Clock, _: &(), d: &Taken) -> TransferCost {
@@ -172,9 +173,9 @@ pub struct GlideslopeParams {
     /// Greatest force.
     #[param(unit = "N", default = f64::INFINITY, range = 0.0..)]
     pub force_max: f64,
-    /// Gravity, which knows the site that W may be.
+    /// The world, about whose body the two are.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Handle<dyn World>,
 }
 
 /// What a glideslope wants, and where it is.
@@ -240,7 +241,7 @@ impl Model for Glideslope {
     type D = Far;
     type G = SpeedCorner;
     fn build(p: GlideslopeParams) -> Result<Self, BuildError> {
-        let site = p.gravity.as_ref().and_then(|g| g.site());
+        let site = orbital(&p.world)?;
         Ok(Glideslope { p, site })
     }
     fn mode(&self, _: &Clock, _: &(), _: &Far, u: &StationIn) -> Far {
@@ -279,12 +280,12 @@ impl Model for Glideslope {
 
 #[cfg(test)]
 mod tests {
-    use super::super::rendezvous::tests::{MU, RADIUS, fly};
+    use super::super::rendezvous::tests::{MU, RADIUS, fly, world};
     use super::*;
 
     fn transfer(place: Vec3, arrival: f64, deadband: f64) -> Transfer {
-        let (mass, force_max, freeze, gravity) = (100.0, 1e9, 20.0, None);
-        let p = TransferParams { place, arrival, mass, force_max, deadband, freeze, gravity };
+        let (mass, force_max, freeze, world) = (100.0, 1e9, 20.0, world());
+        let p = TransferParams { place, arrival, mass, force_max, deadband, freeze, world };
         Transfer::build(p).unwrap()
     }
 
@@ -389,7 +390,7 @@ mod tests {
             time_constant: 5.0,
             mass: 100.0,
             force_max: f64::INFINITY,
-            gravity: None,
+            world: world(),
         };
         Glideslope::build(p).unwrap()
     }

@@ -9,7 +9,7 @@
 //! (Powered explicit guidance in its plane.) Solved again at each sample; in the last seconds A and B are held.
 
 use super::planet::inertial;
-use crate::orbit::body_mu;
+use crate::orbit::{body_mu, orbital};
 use linkwork_runtime::prelude::*;
 
 /// Steering that reaches a height and a vertical speed: sin θ = A + B t.
@@ -198,7 +198,7 @@ impl Model for LinearTangent {
     type Yd = TangentOut;
     type D = Solved;
     fn build(p: TangentParams) -> Result<Self, BuildError> {
-        let (mu, site) = (body_mu(&p.world)?, p.world.axes().site());
+        let (mu, site) = (body_mu(&p.world)?, orbital(&p.world)?);
         Ok(LinearTangent { p, mu, site })
     }
     fn direct(&self, c: &Clock, _: &(), d: &Solved, u: &TangentIn) -> TangentOut {

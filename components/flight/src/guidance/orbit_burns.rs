@@ -11,7 +11,7 @@
 //! The planet is at the origin of W, or W is a site on it. Apsides and nodes are those of the ellipse at the moment.
 
 use super::planet::inertial;
-use crate::orbit::body_mu;
+use crate::orbit::{body_mu, orbital};
 use linkwork_runtime::prelude::*;
 use std::f64::consts::TAU;
 
@@ -310,7 +310,7 @@ impl Model for OrbitBurns {
                 .help("sort them by `time`")
                 .at("burns"));
         }
-        let (mu, site) = (body_mu(&p.world)?, p.world.axes().site());
+        let (mu, site) = (body_mu(&p.world)?, orbital(&p.world)?);
         let pole = p.world.planet_axes(0.0) * Vec3::z();
         Ok(OrbitBurns { p, mu, site, pole })
     }
@@ -352,11 +352,16 @@ mod tests {
     const MU: f64 = 3.986_004_418e14;
 
     fn plan(burns: Vec<Burn>, thrust: f64) -> Result<OrbitBurns, BuildError> {
+        leaning(burns, thrust, Quat::identity())
+    }
+
+    /// Around a planet whose axes are turned in W.
+    fn leaning(burns: Vec<Burn>, thrust: f64, start: Quat) -> Result<OrbitBurns, BuildError> {
         let point = Point { mu: MU, site: None };
         OrbitBurns::build(OrbitBurnParams {
             burns,
             thrust,
-            world: PlainWorld::inertial(MU, 6_378_137.0, 7.292e-5).handle(),
+            world: PlainWorld { start, ..PlainWorld::inertial(MU, 6_378_137.0, 7.292e-5) }.handle(),
             gravity: Handle::new("gravity", Arc::new(point) as Arc<dyn Gravity>),
         })
     }
@@ -429,6 +434,48 @@ mod tests {
         assert!((spent / impulse - 1.0).abs() < 2e-3, "{spent} for {impulse}");
         let half = std::f64::consts::PI * (7e6f64.powi(3) / MU).sqrt();
         assert!((t - half).abs() < 25.0, "{t}");
+    }
+
+    /// Inclinations and nodes are those to the equator of the planet, wherever its pole is in W: all turned, all is the same.
+    #[test]
+    fn the_equator_is_that_of_the_planet() {
+        let lean = Quat::from_euler_angles(0.4, -0.7, 1.2);
+        let turn = || Burn { at: Some(Place::DescendingNode), inclination: Some(0.2), ..burn() };
+        let (r, v) = circular(7e6, 0.5);
+        let (r0, v0, t0, spent) = fly(&plan(vec![turn()], 8000.0).unwrap(), r, v, 0.5);
+        let m = leaning(vec![turn()], 8000.0, lean).unwrap();
+        let (r1, v1, t1, same) = fly(&m, lean * r, lean * v, 0.5);
+        assert!((lean * r0 - r1).norm() < 1e-3 && (lean * v0 - v1).norm() < 1e-6, "{r1} {v1}");
+        assert!(t0 == t1 && (spent - same).abs() < 1e-6, "{t0} {t1}");
+        let h = r1.cross(&v1).normalize();
+        assert!(
+            (h.dot(&(lean * Vec3::z())).acos() - 0.2).abs() < 1e-5
+                && (h.z.acos() - 0.2).abs() > 0.1
+        );
+        let go =
+            |place, turn: Quat| time_to(place, (&(turn * r), &(turn * v)), MU, &(turn * Vec3::z()));
+        let (a, b) = (go(Place::DescendingNode, Quat::identity()), go(Place::DescendingNode, lean));
+        assert!((a.unwrap() - b.unwrap()).abs() < 1e-6);
+    }
+
+    /// Burns need an orbit, which level ground does not have.
+    #[test]
+    fn level_ground_is_refused() {
+        let site = Site {
+            pose: linkwork_spatial::Pose::new(Quat::identity(), Vec3::z() * 6.4e6),
+            rate: 7e-5,
+            start: Quat::identity(),
+        };
+        let gravity = Arc::new(Point { mu: MU, site: None }) as Arc<dyn Gravity>;
+        let level = PlainWorld { axes: Axes::Level(site), ..PlainWorld::inertial(MU, 6.4e6, 0.0) };
+        let built = OrbitBurns::build(OrbitBurnParams {
+            burns: vec![Burn { time: Some(9.0), opposite: Some(7e6), ..burn() }],
+            thrust: 1.0,
+            world: level.handle(),
+            gravity: Handle::new("gravity", gravity),
+        });
+        let e = built.err().unwrap();
+        assert!(e.message.contains("the ground is level") && e.help.is_some(), "{}", e.message);
     }
 
     #[test]

@@ -186,7 +186,7 @@ impl Model for PoweredDescent {
     fn direct(&self, c: &Clock, _: &(), d: &Last, u: &DescentIn) -> DescentOut {
         let p = &self.p;
         let to_go = p.arrival - c.t;
-        if to_go < -1e-9 {
+        if to_go < 1e-9 {
             return DescentOut { force: Vec3::zeros(), to_go, limited: false };
         }
         // A row is at its time to rounding: half a millisecond does not unfreeze.

@@ -8,6 +8,7 @@
 //! r and v are inertial: where W is a site, its planet's turning is added. Transfers and approaches are in `approach`.
 
 use super::planet::inertial;
+use crate::orbit::orbital;
 use linkwork_runtime::prelude::*;
 
 /// Place and law.
@@ -28,9 +29,9 @@ pub struct StationParams {
     /// Greatest force F_max.
     #[param(unit = "N", default = f64::INFINITY, range = 0.0..)]
     pub force_max: f64,
-    /// Gravity, which knows the site that W may be.
+    /// The world, about whose body the two are.
     #[param(service)]
-    pub gravity: Option<Handle<dyn Gravity>>,
+    pub world: Handle<dyn World>,
 }
 
 /// The two craft.
@@ -100,7 +101,7 @@ impl Model for StationKeeping {
     type Ud = StationIn;
     type Yd = StationOut;
     fn build(p: StationParams) -> Result<Self, BuildError> {
-        let site = p.gravity.as_ref().and_then(|g| g.site());
+        let site = orbital(&p.world)?;
         Ok(StationKeeping { p, site })
     }
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &StationIn) -> StationOut {
@@ -125,6 +126,11 @@ pub(super) mod tests {
     pub const MU: f64 = 3.986_004_418e14;
 
     pub const RADIUS: f64 = 6_778_137.0;
+
+    /// The body about which they are.
+    pub fn world() -> Handle<dyn World> {
+        linkwork_runtime::PlainWorld::inertial(MU, 6_378_137.0, 0.0).handle()
+    }
 
     /// Two craft in true two-body motion, the chief on a circle, the deputy with an acceleration of `push` (time,
     /// chief, deputy) in W; where it is at the end, and how fast, in the chief's axes.
@@ -171,13 +177,33 @@ pub(super) mod tests {
     /// The deputy of 100 kg under the law, from one place.
     fn kept(place: Vec3, until: f64, force_max: f64) -> (Vec3, Vec3) {
         let (frequency, damping, mass) = (0.01, 1.0, 100.0);
-        let p = StationParams { place, frequency, damping, mass, force_max, gravity: None };
+        let p = StationParams { place, frequency, damping, mass, force_max, world: world() };
         let m = StationKeeping::build(p).unwrap();
         let start = (Vec3::new(20.0, -150.0, 8.0), Vec3::new(0.015, -0.05, -0.01));
         fly(start, until, 0.5, &mut |t, chief, deputy| {
             let u = StationIn { chief: *chief, deputy: *deputy };
             m.direct(&Clock::at(t, 0.1, 0), &(), &(), &u, &()).force / 100.0
         })
+    }
+
+    /// Level ground has no orbit: the motion of the chief about a centre is not known there.
+    #[test]
+    fn level_ground_is_refused() {
+        let (place, frequency, damping, mass) = (Vec3::zeros(), 0.01, 1.0, 100.0);
+        let site = Site {
+            pose: linkwork_spatial::Pose::new(Quat::identity(), Vec3::z() * 6.4e6),
+            rate: 7e-5,
+            start: Quat::identity(),
+        };
+        let of = |axes: Axes| {
+            let body = linkwork_runtime::PlainWorld::inertial(MU, 6_378_137.0, 0.0);
+            let world = linkwork_runtime::PlainWorld { axes, ..body }.handle();
+            let p = StationParams { place, frequency, damping, mass, force_max: 1.0, world };
+            StationKeeping::build(p)
+        };
+        let e = of(Axes::Level(site)).err().unwrap();
+        assert!(e.message.contains("the ground is level") && e.help.is_some());
+        assert!(of(Axes::Site(site)).is_ok() && of(Axes::Inertial).is_ok());
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! `flight.blow_down`: a tank that its own gas empties, and pressure that falls as it does.
 //! ```text
-//! V = V₀ + (m₀ − m)/ρ          gas over the propellant         p = p₀ (V₀/V)^γ
+//! V = V₀ + (U₀ − U)            gas over the propellant; U: volume of the propellant, U₀ at the start
+//! p = p₀ (V₀/V)^γ
 //! throttle = (p/p₀)^n          what it does to engines: thrust over that at the start
 //! ```
-//! γ 1: slow, the walls keep the gas warm; 1.4 (nitrogen), 1.67 (helium): fast. The propellant comes from a
-//! `flight.propellant_tank`, the throttle goes to its engines.
+//! γ 1: slow, the walls keep the gas warm; 1.4 (nitrogen), 1.67 (helium): fast. The volume of the propellant comes from the
+//! `flight.propellant_tank` that the gas empties, also that at the start of the run, or of the phase that brings this part: `pressure` and
+//! `ullage` belong to that instant. The throttle goes to the engines of the tank.
 
 use linkwork_runtime::prelude::*;
 
@@ -17,12 +19,6 @@ pub struct BlowDownParams {
     /// Volume of the gas at the start.
     #[param(unit = "m^3", range = 1e-9..)]
     pub ullage: f64,
-    /// Propellant at the start.
-    #[param(unit = "kg", range = 0.0..)]
-    pub propellant: f64,
-    /// Density of the propellant.
-    #[param(unit = "kg/m^3", default = 1000.0, range = 1e-3..)]
-    pub density: f64,
     /// Exponent of the gas γ.
     #[param(default = 1.0, range = 1.0..=2.0)]
     pub exponent: f64,
@@ -34,9 +30,9 @@ pub struct BlowDownParams {
 /// What is left.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BlowDownIn {
-    /// Propellant that is left.
-    #[port("kg")]
-    pub propellant: f64,
+    /// Volume of the propellant that is left: `volume` of its tank.
+    #[port("m^3")]
+    pub volume: f64,
 }
 
 /// Pressure and what it does.
@@ -50,6 +46,28 @@ pub struct BlowDownOut {
     pub throttle: f64,
 }
 
+/// The propellant at the start.
+#[derive(State, Clone, Copy, Debug)]
+pub struct Filled {
+    /// Volume of the propellant when this began.
+    #[port("m^3")]
+    pub volume: f64,
+    /// It has begun.
+    #[port]
+    pub begun: bool,
+}
+
+/// The end of the gas.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct Squeezed {
+    /// Volume of the propellant over that at which a thousandth of the gas volume is left.
+    #[port("m^3", rising)]
+    pub full: f64,
+}
+
+/// Least volume of the gas, as a share of that at the start.
+const LEAST: f64 = 1e-3;
+
 /// A tank that blows down.
 pub struct BlowDown {
     p: BlowDownParams,
@@ -58,14 +76,37 @@ pub struct BlowDown {
 /// Pressure of a tank that blows down, and the throttle that it means for engines.
 #[model("flight.blow_down")]
 impl Model for BlowDown {
+    const MODES: bool = true;
     type Params = BlowDownParams;
     type Ud = BlowDownIn;
     type Yd = BlowDownOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &BlowDownIn) -> BlowDownOut {
+    type D = Filled;
+    type G = Squeezed;
+    fn mode(&self, _: &Clock, _: &(), d: &Filled, u: &BlowDownIn) -> Filled {
+        if d.begun { *d } else { Filled { volume: u.volume, begun: true } }
+    }
+    fn direct(&self, _: &Clock, _: &(), d: &Filled, u: &BlowDownIn) -> BlowDownOut {
         let p = &self.p;
-        let gone = (p.propellant - u.propellant).max(0.0);
-        let ratio = (p.ullage / (p.ullage + gone / p.density)).powf(p.exponent);
+        // A step may look behind the end of the gas.
+        let (gas, least) = (p.ullage + (d.volume - u.volume), LEAST * p.ullage);
+        let gas = if gas < least { least } else { gas };
+        let ratio = (p.ullage / gas).powf(p.exponent);
         BlowDownOut { pressure: p.pressure * ratio, throttle: ratio.powf(p.thrust_exponent) }
+    }
+    fn guards(&self, _: &Clock, _: &(), d: &Filled, _: &(), u: &BlowDownIn) -> Squeezed {
+        let room = (1.0 - LEAST) * self.p.ullage;
+        Squeezed { full: if d.begun { u.volume - d.volume - room } else { -1.0 } }
+    }
+    fn fired(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Filled) -> ((), Filled) {
+        ((), *d)
+    }
+    fn tells(&self, _: &Clock, _: Fired<'_>, _: &(), d: &Filled) -> Option<BuildError> {
+        let fact = format!(
+            "the tank is filled beyond the {} m³ of propellant and {} m³ of gas with which it began",
+            d.volume, self.p.ullage
+        );
+        let help = "write a larger `ullage`, or end the flow into the tank earlier";
+        Some(BuildError::new(fact).help(help).at("ullage").stopping(true))
     }
 }
 
@@ -75,24 +116,22 @@ mod tests {
 
     #[test]
     fn pressure_times_volume_to_the_gamma_stays() {
-        let p = BlowDownParams {
-            pressure: 2e6,
-            ullage: 0.05,
-            propellant: 150.0,
-            density: 1000.0,
-            exponent: 1.4,
-            thrust_exponent: 0.9,
-        };
+        let p = BlowDownParams { pressure: 2e6, ullage: 0.05, exponent: 1.4, thrust_exponent: 0.9 };
         let m = BlowDown { p };
-        let at = |left: f64| {
-            m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &BlowDownIn { propellant: left }, &())
-        };
-        assert_eq!((at(150.0).pressure, at(150.0).throttle), (2e6, 1.0));
-        for left in [120.0, 60.0, 0.0] {
+        let c = Clock::at(0.0, 0.1, 0);
+        let full = BlowDownIn { volume: 0.15 };
+        let d = m.mode(&c, &(), &m.init_d(), &full, &());
+        assert_eq!(m.mode(&c, &(), &d, &BlowDownIn { volume: 0.1 }, &()).volume, 0.15);
+        let at = |left: f64| m.direct(&c, &(), &d, &BlowDownIn { volume: left }, &());
+        assert_eq!((at(0.15).pressure, at(0.15).throttle), (2e6, 1.0));
+        let full = |volume: f64| m.guards(&c, &(), &d, &(), &BlowDownIn { volume }, &()).full;
+        assert!(full(0.1999) < 0.0 && full(0.2) > 0.0);
+        // Also where the tank is filled again.
+        for left in [0.12, 0.06, 0.0, 0.17] {
             let y = at(left);
-            let volume: f64 = 0.05 + (150.0 - left) / 1000.0;
+            let volume: f64 = 0.05 + 0.15 - left;
             let kept = y.pressure * volume.powf(1.4) / (2e6 * 0.05f64.powf(1.4));
-            assert!((kept - 1.0).abs() < 1e-13);
+            assert!((kept - 1.0).abs() < 1e-12, "{kept}");
             assert!((y.throttle - (y.pressure / 2e6).powf(0.9)).abs() < 1e-14);
         }
     }

@@ -1,10 +1,20 @@
 //! `flight.feed_line`: propellant goes through a line from one tank to another, driven by pressure and by height.
 //! ```text
 //! Δp = p_a − p_b + ρ a (z_a + h_a − z_b − h_b)         a: specific force along the tanks' axis; h: level; z: bottom
-//! ṁ  = K √(ρ |Δp|) sign Δp                             K = C_d A √2;  straight within |Δp| < `smooth`
+//! f  = K √(ρ |Δp|) sign Δp                             K = C_d A √2;  straight within |Δp| < `smooth`
+//! ẇ  = (f − w)/τ,   ṁ = w while the tank that gives has propellant, else 0
+//! d  = s_b − s_a                                       s: surface of the propellant in a tank, W
+//! momentum of what flows: w d                          force on the tanks' bodies: −ẇ d − w ḋ − ṁ (v_b − v_a), half at each surface
 //! ```
-//! Positive from a to b. The connectors `a` and `b` take ṁ from the one tank and −ṁ from the other, so that no propellant is lost. A tank
-//! that has run dry is shut off, both ways; with a check valve nothing goes back to a. Shut, nothing flows. The liquid in the line has no inertia.
+//! Positive from a to b. The connectors take ṁ from the one tank and −ṁ from the other, so that no propellant is lost. A tank
+//! that has run dry gives nothing and can be filled; with a check valve nothing goes back to a. Shut, nothing flows.
+//!
+//! Propellant that moves within a vehicle pushes the vehicle the other way, and takes part in its rotation (Coriolis). A tank alone
+//! cannot account for that: its mass leaves at the velocity of the tank, and enters the other one at the velocity of that. The line knows both ends and
+//! exerts the difference, so that momentum and centre of mass of the whole remain as without a line. The liquid reaches its speed, and comes to
+//! rest behind a closing valve, within a few τ (`inertia_time`); a fixed step of the integrator has to be shorter than 2 τ. Where a tank runs dry the flow ends at
+//! once, and the momentum is given back within a few τ. Spreading over the surface of a tank is not accounted for:
+//! angular momentum about the tanks' own axes is kept for tanks of equal radius.
 //! Two equal tanks without pressure level out in a time that has a closed form: √Δh falls in a straight line.
 
 use linkwork_runtime::prelude::*;
@@ -27,11 +37,20 @@ pub struct FeedLineParams {
     /// Nothing goes back from b to a.
     #[param(default = false)]
     pub check_valve: bool,
+    /// Time constant τ with which the flow follows what drives it.
+    #[param(unit = "s", default = 0.1, range = 1e-6..)]
+    pub inertia_time: f64,
 }
 
 /// The tanks, and what presses.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FeedLineIn {
+    /// Bottom of tank a, its z towards the surface.
+    #[port(bind = "a")]
+    pub a: NodeState,
+    /// Bottom of tank b.
+    #[port(bind = "b")]
+    pub b: NodeState,
     /// Level in tank a.
     #[port("m")]
     pub level_a: f64,
@@ -47,29 +66,49 @@ pub struct FeedLineIn {
     /// Specific force that presses the propellant onto the bottoms.
     #[port("m/s^2", default = 0.0)]
     pub acceleration: f64,
-    /// Tank a.
+    /// Outlet of tank a.
     #[port(connector)]
-    pub a: Propellant,
-    /// Tank b.
+    pub tank_a: Propellant,
+    /// Outlet of tank b.
     #[port(connector)]
-    pub b: Propellant,
+    pub tank_b: Propellant,
     /// How far the valve is open, 0 to 1.
     #[port("1", default = 1.0)]
     pub open: f64,
 }
 
-/// What flows.
+/// What flows, and what it does to the bodies of the tanks.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct FeedLineOut {
-    /// Flow out of tank a; positive from a to b.
+    /// Force of the moving liquid at tank a.
+    #[port(bind = "a")]
+    pub on_a: Wrench,
+    /// Force of the moving liquid at tank b.
+    #[port(bind = "b")]
+    pub on_b: Wrench,
+    /// Flow out of tank a.
     #[port(connector)]
-    pub a: MassFlow,
+    pub tank_a: MassFlow,
     /// Flow out of tank b: the negative of the flow out of a.
     #[port(connector)]
-    pub b: MassFlow,
+    pub tank_b: MassFlow,
     /// What drives it.
     #[port("Pa")]
     pub difference: f64,
+}
+
+/// The liquid under way.
+#[derive(State, Clone, Copy, Debug)]
+pub struct UnderWay {
+    /// Flow w of the liquid in the line.
+    #[port("kg/s")]
+    pub moving: f64,
+    /// Level in tank a, smoothed by τ.
+    #[port("m")]
+    pub level_a: f64,
+    /// Level in tank b, smoothed by τ.
+    #[port("m")]
+    pub level_b: f64,
 }
 
 /// A line between tanks.
@@ -77,25 +116,73 @@ pub struct FeedLine {
     p: FeedLineParams,
 }
 
-/// Flow through a line between two tanks, by pressure and by height.
-#[model("flight.feed_line")]
-impl Model for FeedLine {
-    type Params = FeedLineParams;
-    type Ud = FeedLineIn;
-    type Yd = FeedLineOut;
-    fn direct(&self, _: &Clock, _: &(), _: &(), u: &FeedLineIn) -> FeedLineOut {
+impl FeedLine {
+    /// Steady flow from a to b (kg/s), and the pressure difference that drives it (Pa).
+    fn steady(&self, u: &FeedLineIn) -> (f64, f64) {
         let p = &self.p;
-        let head = p.density * u.acceleration.max(0.0) * (p.height + u.level_a - u.level_b);
+        let along = if u.acceleration < 0.0 { 0.0 } else { u.acceleration };
+        let head = p.density * along * (p.height + u.level_a - u.level_b);
         let difference = u.pressure_a - u.pressure_b + head;
         let k = p.area * 2f64.sqrt() * u.open.clamp(0.0, 1.0);
         let size = difference.abs();
         // |Δp|/√smooth: meets the root where |Δp| = smooth.
         let root = if size < p.smooth { size / p.smooth.sqrt() } else { size.sqrt() };
-        let mut flow = k * p.density.sqrt() * root * difference.signum();
-        if !(u.a.available && u.b.available) || (p.check_valve && flow < 0.0) {
-            flow = 0.0;
+        let flow = k * p.density.sqrt() * root * difference.signum();
+        let source = if flow > 0.0 { u.tank_a.available } else { u.tank_b.available };
+        let shut = !source || (p.check_valve && flow < 0.0);
+        (if shut { 0.0 } else { flow }, difference)
+    }
+
+    /// Derivative of the liquid's state.
+    fn rate(&self, x: &UnderWay, u: &FeedLineIn) -> UnderWay {
+        let tau = self.p.inertia_time;
+        UnderWay {
+            moving: (self.steady(u).0 - x.moving) / tau,
+            level_a: (u.level_a - x.level_a) / tau,
+            level_b: (u.level_b - x.level_b) / tau,
         }
-        FeedLineOut { a: MassFlow { flow }, b: MassFlow { flow: -flow }, difference }
+    }
+}
+
+/// A surface at `level` (m) over a tank's bottom: from the bottom to it, and its velocity as a point of the tank, W.
+fn surface(bottom: &NodeState, level: f64) -> (Vec3, Vec3) {
+    let arm = bottom.rotation * Vec3::z() * level;
+    (arm, bottom.velocity + bottom.angular.cross(&arm))
+}
+
+/// Flow through a line between two tanks, by pressure and by height, with the momentum of what flows.
+#[model("flight.feed_line")]
+impl Model for FeedLine {
+    type Params = FeedLineParams;
+    type Ud = FeedLineIn;
+    type Yd = FeedLineOut;
+    type X = UnderWay;
+    fn init_x(&self) -> UnderWay {
+        UnderWay { moving: 0.0, level_a: 0.0, level_b: 0.0 }
+    }
+    fn direct(&self, _: &Clock, x: &UnderWay, _: &(), u: &FeedLineIn) -> FeedLineOut {
+        let source = if x.moving > 0.0 { u.tank_a.available } else { u.tank_b.available };
+        let flow = if source { x.moving } else { 0.0 };
+        let (difference, dx) = (self.steady(u).1, self.rate(x, u));
+        let (at_a, v_a) = surface(&u.a, x.level_a);
+        let (at_b, v_b) = surface(&u.b, x.level_b);
+        let way = u.b.position + at_b - u.a.position - at_a;
+        let rising = u.b.rotation * Vec3::z() * dx.level_b - u.a.rotation * Vec3::z() * dx.level_a;
+        let parting = v_b - v_a;
+        // The mass itself leaves and arrives at the levels of the moment.
+        let carried = surface(&u.b, u.level_b).1 - surface(&u.a, u.level_a).1;
+        let force = -way * dx.moving - (parting + rising) * x.moving - carried * flow;
+        let half = force * 0.5;
+        FeedLineOut {
+            on_a: Wrench { moment: at_a.cross(&half), force: half },
+            on_b: Wrench { moment: at_b.cross(&half), force: half },
+            tank_a: MassFlow { flow },
+            tank_b: MassFlow { flow: -flow },
+            difference,
+        }
+    }
+    fn deriv(&self, _: &Clock, x: &UnderWay, _: &(), _: &(), u: &FeedLineIn) -> UnderWay {
+        self.rate(x, u)
     }
 }
 
@@ -104,28 +191,48 @@ mod tests {
     use super::*;
 
     fn line(check_valve: bool) -> FeedLine {
-        let p =
-            FeedLineParams { area: 1e-4, density: 800.0, height: 0.0, smooth: 1.0, check_valve };
+        let p = FeedLineParams {
+            area: 1e-4,
+            density: 800.0,
+            height: 0.0,
+            smooth: 1.0,
+            check_valve,
+            inertia_time: 0.1,
+        };
         FeedLine { p }
     }
 
     fn input(level_a: f64, level_b: f64) -> FeedLineIn {
         FeedLineIn {
+            a: NodeState::identity(),
+            b: NodeState::identity(),
             level_a,
             level_b,
             pressure_a: 0.0,
             pressure_b: 0.0,
             acceleration: 5.0,
-            a: Propellant { available: true },
-            b: Propellant { available: true },
+            tank_a: Propellant { available: true },
+            tank_b: Propellant { available: true },
             open: 1.0,
         }
     }
 
+    /// The flow that has become steady.
     fn flow(line: &FeedLine, u: &FeedLineIn) -> f64 {
-        let y = line.direct(&Clock::at(0.0, 0.1, 0), &(), &(), u, &());
-        assert_eq!(y.a.flow, -y.b.flow);
-        y.a.flow
+        let (moving, _) = line.steady(u);
+        let (c, x) =
+            (Clock::at(0.0, 0.1, 0), UnderWay { moving, level_a: u.level_a, level_b: u.level_b });
+        let y = line.direct(&c, &x, &(), u, &());
+        assert!(y.tank_a.flow == -y.tank_b.flow && y.tank_a.flow == moving);
+        assert_eq!(line.deriv(&c, &x, &(), &(), u, &(), &y).moving, 0.0);
+        // A tank that runs dry ends it at once.
+        let dry = FeedLineIn {
+            tank_a: Propellant { available: moving < 0.0 },
+            tank_b: Propellant { available: moving > 0.0 },
+            ..*u
+        };
+        assert_eq!(line.direct(&c, &x, &(), &dry, &()).tank_a.flow, 0.0);
+        y.tank_a.flow
     }
 
     #[test]
@@ -166,12 +273,21 @@ mod tests {
     fn dry_tanks_valves_and_weightlessness_stop_it() {
         let m = line(false);
         assert_eq!(
-            flow(&m, &FeedLineIn { a: Propellant { available: false }, ..input(1.0, 0.0) }),
+            flow(&m, &FeedLineIn { tank_a: Propellant { available: false }, ..input(1.0, 0.0) }),
             0.0
         );
         assert_eq!(
-            flow(&m, &FeedLineIn { b: Propellant { available: false }, ..input(1.0, 0.0) }),
+            flow(&m, &FeedLineIn { tank_b: Propellant { available: false }, ..input(0.0, 1.0) }),
             0.0
+        );
+        // A tank that is dry can be filled.
+        assert!(
+            flow(&m, &FeedLineIn { tank_b: Propellant { available: false }, ..input(1.0, 0.0) })
+                > 0.0
+        );
+        assert!(
+            flow(&m, &FeedLineIn { tank_a: Propellant { available: false }, ..input(0.0, 1.0) })
+                < 0.0
         );
         assert_eq!(flow(&m, &FeedLineIn { open: 0.0, ..input(1.0, 0.4) }), 0.0);
         assert_eq!(flow(&m, &FeedLineIn { acceleration: 0.0, ..input(1.0, 0.4) }), 0.0);

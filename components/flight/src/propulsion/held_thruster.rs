@@ -1,14 +1,16 @@
 //! `flight.held_thruster`: a switched thruster whose pulse is spread over the sample of what switches it.
 //! ```text
-//! F = s T z at the node (z: against the jet)      s: share of the sample for which the valve is open, held over the sample
-//! I = ∫ F dt,   ṁ = F/(I_sp g₀)                   a pulse of width w in samples of Δ: s = w/Δ, I = T w
+//! F = s (T − p A_e) z at the node, not below 0     s: share of the sample for which the valve is open, held over the sample; z: against the jet
+//! I = ∫ s T dt,   ṁ = s T/(I_sp g₀)                a pulse of width w in samples of Δ: s = w/Δ, I = T w
 //! ```
+//! T is the thrust in vacuum, p the ambient pressure on the exit A_e of the nozzle.
 //! That is the impulse of a pulse of `flight.thruster` whose two ramps and two dead times are equal; the force comes earlier than that of the
 //! pulse, by the dead time and the time constant of the ramps. A sample begins and ends at rows, so there are no events, and no ramps
 //! that an integrator has to resolve: for campaigns, where a sample is short against how fast the vehicle turns.
 //! Ports are those of `flight.thruster` but `pulses`. A command of 0 or 1, as `control.jet_selection` gives it, is a whole sample.
 
 use super::thruster::{ThrusterIn, ThrusterOut};
+use crate::engine::nozzle_thrust;
 use linkwork_runtime::prelude::*;
 
 /// Standard gravity, m/s².
@@ -17,12 +19,15 @@ const G0: f64 = 9.80665;
 /// A thruster.
 #[derive(Params, Clone, Debug)]
 pub struct HeldThrusterParams {
-    /// Thrust.
+    /// Thrust in vacuum.
     #[param(unit = "N", range = 0.0..)]
     pub thrust: f64,
     /// Specific impulse.
     #[param(unit = "s", default = 220.0, range = 1e-3..)]
     pub specific_impulse: f64,
+    /// Area of the nozzle's exit, on which the ambient pressure acts.
+    #[param(unit = "m^2", default = 0.0, range = 0.0..)]
+    pub exit_area: f64,
 }
 
 /// What it has done.
@@ -36,7 +41,7 @@ pub struct Done {
 /// What it has done.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Given {
-    /// Impulse so far.
+    /// Impulse so far, as in vacuum.
     #[port("N s")]
     pub impulse: f64,
 }
@@ -47,9 +52,9 @@ pub struct HeldThruster {
 }
 
 impl HeldThruster {
-    /// Force (N) over a sample.
-    fn force(&self, u: &ThrusterIn) -> f64 {
-        if u.propellant.available { self.p.thrust * u.command.clamp(0.0, 1.0) } else { 0.0 }
+    /// Share of the sample for which it pushes.
+    fn share(u: &ThrusterIn) -> f64 {
+        if u.propellant.available { u.command.clamp(0.0, 1.0) } else { 0.0 }
     }
 }
 
@@ -65,15 +70,16 @@ impl Model for HeldThruster {
         Given { impulse: x.done }
     }
     fn direct(&self, _: &Clock, _: &Done, _: &(), u: &ThrusterIn) -> ThrusterOut {
-        let force = self.force(u);
+        let share = Self::share(u);
+        let force = share * nozzle_thrust(self.p.thrust, u.pressure, self.p.exit_area);
         ThrusterOut {
             load: Wrench { moment: Vec3::zeros(), force: u.nozzle.rotation * Vec3::z() * force },
             force,
-            propellant: MassFlow { flow: force / (self.p.specific_impulse * G0) },
+            propellant: MassFlow { flow: share * self.p.thrust / (self.p.specific_impulse * G0) },
         }
     }
     fn deriv(&self, _: &Clock, _: &Done, _: &(), _: &(), u: &ThrusterIn) -> Done {
-        Done { done: self.force(u) }
+        Done { done: Self::share(u) * self.p.thrust }
     }
 }
 
@@ -84,7 +90,11 @@ mod tests {
 
     #[test]
     fn its_impulse_is_that_of_the_pulse() {
-        let m = HeldThruster { p: HeldThrusterParams { thrust: 22.0, specific_impulse: 220.0 } };
+        let held = |exit_area: f64| {
+            let p = HeldThrusterParams { thrust: 22.0, specific_impulse: 220.0, exit_area };
+            HeldThruster { p }
+        };
+        let m = held(0.0);
         let rotation = Quat::from_scaled_axis(Vec3::new(0.4, -0.7, 1.1));
         let nozzle = NodeState { rotation, ..NodeState::identity() };
         let (c, x, sample) = (Clock::at(0.3, 0.1, 0), m.init_x(), 0.1);
@@ -93,6 +103,7 @@ mod tests {
                 nozzle,
                 command: width / sample,
                 propellant: Propellant { available: true },
+                pressure: 1e3,
             };
             let want = pulse_impulse(22.0, width, 0.006, 0.006);
             let y = m.direct(&c, &x, &(), &u, &());
@@ -109,8 +120,21 @@ mod tests {
                 (0.0, 0.0, Wrench::zero(), 0.0)
             );
         }
-        let over = ThrusterIn { nozzle, command: 1.5, propellant: Propellant { available: true } };
+        let over = ThrusterIn {
+            nozzle,
+            command: 1.5,
+            propellant: Propellant { available: true },
+            pressure: 1e3,
+        };
         assert_eq!(m.direct(&c, &x, &(), &over, &()).force, 22.0);
+        // On 5 cm² 1 kPa takes 0.5 N while the valve is open, and nothing from one that is closed.
+        let half = held(5e-4).direct(&c, &x, &(), &ThrusterIn { command: 0.5, ..over }, &());
+        assert!(
+            (half.force - 10.75).abs() < 1e-12
+                && (half.propellant.flow * 220.0 * G0 - 11.0).abs() < 1e-9
+        );
+        let off = held(5e-4).direct(&c, &x, &(), &ThrusterIn { command: 0.0, ..over }, &());
+        assert_eq!((off.force, off.load), (0.0, Wrench::zero()));
         assert_eq!(m.moore(&c, &Done { done: 3.5 }, &(), &()).impulse, 3.5);
     }
 }

@@ -1,13 +1,14 @@
 //! How a body starts: `initial: (angle: "5 deg", rate: 0)`, or poses and velocities.
 use crate::body::hinge::slides;
 use crate::schema::describe::Schema;
-use crate::schema::kind::{At, Kind, drive_number, flag, list_of, number, vector};
+use crate::schema::kind::{At, Kind, drive_number, flag, list_of, number, vector, word};
 use crate::schema::pose::rotation;
-use crate::schema::record::{Presence, Record, record};
+use crate::schema::record::{Presence, Record, of, record};
 use crate::text::report::Cx;
 use linkwork_multibody::{Hinge, Subhinge, SubhingeKind};
-use linkwork_runtime::{Located, Value};
+use linkwork_runtime::{Anomaly, Located, Start, StartFrame, Value};
 use linkwork_spatial::{Quat, Vec3};
+use std::f64::consts::FRAC_PI_2;
 
 record! {
     struct Floating: "start of a free body" {
@@ -21,7 +22,102 @@ record! {
         angular: Vec3 = vector("rad/s").or(Vec3::zeros()),
         /// The values are only near: they may move where loops and couplings are closed at the start. Else they are kept.
         approximate: bool = flag().or(false),
+        /// Instead of position and velocity: on an orbit about the body of the world.
+        elements: Option<OrbitForm> = of::<OrbitForm>().maybe(),
+        /// Instead of position and velocity: in named axes about the body of the world.
+        state: Option<StateForm> = of::<StateForm>().maybe(),
+        /// Instead of position and velocity: over the ellipsoid of the world.
+        geodetic: Option<GeodeticForm> = of::<GeodeticForm>().maybe(),
     }
+}
+record! {
+    struct OrbitForm: "osculating elements of an orbit" {
+        /// Semi-major axis; below zero for a hyperbola.
+        semi_major_axis: f64 = number("m").need("write `semi_major_axis: \"7000 km\"`"),
+        /// Eccentricity.
+        eccentricity: f64 = number("").at_least(0.0).or(0.0),
+        /// Inclination to x and y of the inertial axes.
+        inclination: f64 = number("rad").or(0.0),
+        /// Right ascension of the ascending node.
+        ascending_node: f64 = number("rad").or(0.0),
+        /// Argument of the pericentre.
+        pericentre: f64 = number("rad").or(0.0),
+        /// True anomaly; without it and `mean_anomaly` at the pericentre.
+        anomaly: Option<f64> = number("rad").maybe(),
+        /// Mean anomaly, instead of `anomaly`.
+        mean_anomaly: Option<f64> = number("rad").maybe(),
+    }
+}
+/// Axes of a state by their names in files.
+const FRAMES: &[(&str, StartFrame)] = &[
+    ("inertial", StartFrame::Inertial),
+    ("icrf", StartFrame::Icrf),
+    ("fixed", StartFrame::Fixed),
+    ("itrf", StartFrame::Itrf),
+    ("teme", StartFrame::Teme),
+];
+record! {
+    struct StateForm: "state in named axes" {
+        /// inertial, icrf, fixed to the body of the world, itrf, teme; origin at the centre of the body.
+        frame: StartFrame = word(FRAMES).need("write `frame: inertial`, fixed or teme"),
+        /// Position.
+        position: Vec3 = vector("m").need("write `position: [.., .., ..]`"),
+        /// Velocity in these axes.
+        velocity: Vec3 = vector("m/s").or(Vec3::zeros()),
+    }
+}
+record! {
+    struct GeodeticForm: "place over the ellipsoid" {
+        /// Geodetic latitude, north positive.
+        latitude: f64 = number("rad").within(-FRAC_PI_2, FRAC_PI_2).need("write `latitude: ..`"),
+        /// East longitude.
+        longitude: f64 = number("rad").need("write `longitude: ..`"),
+        /// Height over the ellipsoid.
+        height: f64 = number("m").or(0.0),
+        /// Velocity over the ground: east, north, up.
+        velocity: Vec3 = vector("m/s").or(Vec3::zeros()),
+    }
+}
+
+/// Where the world puts a free body; none where position and velocity are written.
+fn started(cx: &mut Cx, v: &Located, x: &Floating, at: &At<'_>) -> Option<Start> {
+    let ways = [x.elements.is_some(), x.state.is_some(), x.geodetic.is_some()];
+    let count = ways.iter().filter(|w| **w).count();
+    let written = v.get("position").is_some() || v.get("velocity").is_some();
+    if count > 1 || (count == 1 && written) {
+        let fact = format!("{}: position and velocity are written twice", at.what);
+        let help = "write `position` and `velocity`, or one of `elements`, `state`, `geodetic`";
+        cx.fault(v.origin, fact, help);
+        return None;
+    }
+    if let Some(e) = &x.elements {
+        let anomaly = match (e.anomaly, e.mean_anomaly) {
+            (Some(_), Some(_)) => {
+                let fact = format!("{}: `anomaly` and `mean_anomaly` are both written", at.what);
+                cx.fault(v.origin, fact, "write one of them");
+                return None;
+            }
+            (None, Some(mean)) => Anomaly::Mean(mean),
+            (true_one, None) => Anomaly::True(true_one.unwrap_or(0.0)),
+        };
+        return Some(Start::Elements {
+            semi_major_axis: e.semi_major_axis,
+            eccentricity: e.eccentricity,
+            inclination: e.inclination,
+            ascending_node: e.ascending_node,
+            pericentre: e.pericentre,
+            anomaly,
+        });
+    }
+    if let Some(s) = &x.state {
+        return Some(Start::State { frame: s.frame, position: s.position, velocity: s.velocity });
+    }
+    x.geodetic.as_ref().map(|g| Start::Geodetic {
+        latitude: g.latitude,
+        longitude: g.longitude,
+        height: g.height,
+        velocity: g.velocity,
+    })
 }
 record! {
     struct Turning: "start of a ball" {
@@ -97,13 +193,14 @@ pub(crate) fn kept(v: Option<&Located>, hinge: &Hinge) -> [Vec<bool>; 2] {
     }
 }
 
-/// Coordinates and rates of one hinge; neutral where nothing is written.
+/// Coordinates and rates of one hinge, neutral where nothing is written; and where the world puts a free body.
 pub(crate) fn read(
     cx: &mut Cx,
     v: Option<&Located>,
     hinge: &Hinge,
     at: &At<'_>,
-) -> (Vec<f64>, Vec<f64>) {
+) -> (Vec<f64>, Vec<f64>, Option<Start>) {
+    let mut start = None;
     let (mut q, mut rates) = (Vec::new(), Vec::new());
     for s in &hinge.subhinges {
         match s.kind {
@@ -113,10 +210,11 @@ pub(crate) fn read(
         }
         rates.extend(vec![0.0; s.kind.nv()]);
     }
-    let Some(v) = v.filter(|v| v.value != Value::Null) else { return (q, rates) };
+    let Some(v) = v.filter(|v| v.value != Value::Null) else { return (q, rates, None) };
     match hinge.subhinges.as_slice() {
         [s] if matches!(s.kind, SubhingeKind::Free) => {
             if let Some(x) = Floating::read(cx, v, at) {
+                start = started(cx, v, &x, at);
                 let (p, R) = (x.position, x.rotation);
                 q.copy_from_slice(&[p.x, p.y, p.z, R.i, R.j, R.k, R.w]);
                 rates[..3].copy_from_slice(x.angular.as_slice());
@@ -146,7 +244,7 @@ pub(crate) fn read(
         }
         chain => {
             let whole = chain.iter().any(|s| s.kind.nv() > 1);
-            let Some(x) = Chained::read(cx, v, at) else { return (q, rates) };
+            let Some(x) = Chained::read(cx, v, at) else { return (q, rates, None) };
             let (turns, ways) = (["rad", "rad/s"], ["m", "m/s"]);
             for (k, written, field, out) in
                 [(0, x.coordinates, "coordinates", &mut q), (1, x.rates, "rates", &mut rates)]
@@ -165,7 +263,7 @@ pub(crate) fn read(
             }
         }
     }
-    (q, rates)
+    (q, rates, start)
 }
 
 /// As many numbers as there are, each in the unit of its subhinge.
@@ -215,12 +313,16 @@ pub(crate) fn value(h: &Hinge, q: &[f64], approximate: bool) -> Value {
         [] => Value::Null,
         [s] if s.kind == SubhingeKind::Free && q.len() == 7 => {
             let position = Vec3::new(q[0], q[1], q[2]);
+            let rotation = quat(&q[3..]);
             Floating {
                 position,
-                rotation: quat(&q[3..]),
+                rotation,
                 velocity: zero,
                 angular: zero,
                 approximate,
+                elements: None,
+                state: None,
+                geodetic: None,
             }
             .write()
         }

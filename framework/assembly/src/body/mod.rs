@@ -19,7 +19,7 @@ use crate::schema::record::{Presence, Record, of, record};
 use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_multibody::{Hinge, Modes};
-use linkwork_runtime::{Located, Origin};
+use linkwork_runtime::{Located, Origin, Start};
 use linkwork_spatial::{MassProperties, Pose};
 
 record! {
@@ -61,6 +61,8 @@ pub(crate) struct Body {
     pub v: Vec<f64>,
     /// Which of q and of v are written to be kept, by their places among the rates.
     pub kept: [Vec<bool>; 2],
+    /// Where the world puts it, in place of position and velocity.
+    pub start: Option<Start>,
     pub shapes: Vec<BodyShape>,
     /// Place in `shapes`, collider.
     pub colliders: Vec<(usize, Collider)>,
@@ -80,7 +82,7 @@ pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, at: &At<'_>) -> Option<
     let form = BodyForm::read_fields(cx, v, at)?;
     let mut hinge = form.hinge;
     hinge::options(cx, v, at, &mut hinge.subhinges);
-    let (q, rates) = initial::read(cx, form.initial.as_ref(), &hinge, &at.field("initial"));
+    let (q, rates, start) = initial::read(cx, form.initial.as_ref(), &hinge, &at.field("initial"));
     let kept = initial::kept(form.initial.as_ref(), &hinge);
     let mass = MassProperties::read_fields(cx, v, at).unwrap_or_else(MassProperties::massless);
     for (key, _) in &form.nodes {
@@ -98,6 +100,7 @@ pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, at: &At<'_>) -> Option<
         q,
         v: rates,
         kept,
+        start,
         shapes: shown,
         colliders,
         nodes: form.nodes.into_iter().map(|(key, p)| (key.text, p, key.origin)).collect(),

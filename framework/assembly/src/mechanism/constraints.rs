@@ -129,7 +129,7 @@ fn motions(cx: &mut Cx, v: Option<&Located>, hinge: &Hinge, at: &At<'_>) -> Vec<
         // The builder says what can be prescribed.
         return Vec::new();
     }
-    let (q, rates) = initial::read(cx, v, &given, &at.field("initial"));
+    let (q, rates, _) = initial::read(cx, v, &given, &at.field("initial"));
     let motion = |(&position, &rate)| LoopMotion { position, rate, acceleration: 0.0 };
     q.iter().zip(&rates).map(motion).collect()
 }

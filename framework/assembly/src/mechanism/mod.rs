@@ -17,7 +17,9 @@ use crate::text::report::Cx;
 use crate::text::value::{full_name, outer};
 use linkwork_collision::{ColliderSpec, Colliders, Seen, Shape};
 use linkwork_multibody::{BodySpec, Builder, Loop, LoopMotion, Modes, Multibody};
-use linkwork_runtime::{ContactSpec, Located, MechanismSpec, Origin, PLAIN, Scenery, Sight};
+use linkwork_runtime::{
+    BodyStart, ContactSpec, Located, MechanismSpec, Origin, PLAIN, Scenery, Sight,
+};
 use linkwork_solvers::Kept;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
@@ -149,6 +151,7 @@ pub(crate) fn mechanism(
             compliant: colliders.clone().zip(contact.compliant),
             terrain: contact.terrain,
             kept,
+            starts: starts(cx, &bodies),
             scenery: Scenery::of(shapes.iter().chain(&grounds).map(sight).collect()),
             ..MechanismSpec::new(path, multibody, q, v)
         }
@@ -229,6 +232,25 @@ fn parent(
     let found = anchor(cx, root, bodies, (scope, &body.parent), &what);
     let world = || ("world".to_string(), Pose::identity(), "world".to_string());
     found.map_or_else(world, |a| (a.body, a.node.unwrap_or_else(Pose::identity), a.reference))
+}
+
+/// Bodies that the world puts somewhere: W has to be the frame of their hinge on both sides.
+fn starts(cx: &mut Cx, bodies: &Bodies) -> Vec<BodyStart> {
+    let mut all = Vec::new();
+    for (name, (body, _)) in bodies {
+        let Some(start) = body.start else { continue };
+        let plain = body.at == Pose::identity() && body.hinge_frame == Pose::identity();
+        if body.parent.text != "world" || !plain {
+            let fact = format!(
+                "body `{name}` starts on an orbit or in named axes, and its hinge is not at the origin of W"
+            );
+            let help = "write `parent: \"world\"`, and neither `at` nor `hinge_frame`";
+            cx.fault(body.origin, fact, help);
+            continue;
+        }
+        all.push(BodyStart { body: name.clone(), start, origin: body.origin });
+    }
+    all
 }
 
 fn start(mb: &Multibody, bodies: &Bodies) -> (Vec<f64>, Vec<f64>, Kept) {

@@ -8,6 +8,7 @@ use crate::model::BuildError;
 use crate::ports::PortKind;
 use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
+use crate::start::BodyStart;
 use crate::value::{Fault, Origin};
 use linkwork_collision::{ColliderSpec, Colliders, Material, Shape, TERRAIN, Varies};
 use linkwork_dynamics::{Tree, Workspace};
@@ -16,7 +17,7 @@ use linkwork_solvers::{
     CompliantLaws, ConstrainedSolver, ContactSettings, Kept, Rolling, StartError, Treatment,
     Vehicle, close_start,
 };
-use linkwork_spatial::Pose;
+use linkwork_spatial::{Pose, Quat, nalgebra};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -35,6 +36,8 @@ pub struct MechanismSpec {
     /// Coordinates and velocities that keep their values where loops and couplings are closed at the start; the others follow. None as it
     /// stands: q and v then only select the closed start that is near.
     pub kept: Kept,
+    /// Free bodies that start on an orbit, in named axes or over the ground: the world computes position and velocity, which replace the numbers in `q` and `v`.
+    pub starts: Vec<BodyStart>,
     /// Path of the gravity service; `None`: the only one, or no gravity when there is none.
     pub gravity: Option<String>,
     /// Path of the terrain that contact meets; `None`: the only one, if there is one; `"none"`: contact meets no terrain.
@@ -79,6 +82,7 @@ impl MechanismSpec {
             q,
             v,
             kept: Kept::default(),
+            starts: Vec::new(),
             gravity: None,
             terrain: None,
             treatments: BTreeMap::new(),
@@ -173,7 +177,10 @@ impl Host for MechanismSpec {
         self.find_massless(out);
         let gravity = self.find_gravity(services, out);
         let ports = super::ports::lower(&self.multibody, bound, out);
-        let spec = self.on_terrain(services, out);
+        let mut spec = self.on_terrain(services, out);
+        if !self.starts.is_empty() {
+            spec.to_mut().begin(services, out);
+        }
         spec.twice(bound, out);
         spec.touches(bound, out);
         let rolling = self.rolling(services, &ports, out);
@@ -188,6 +195,39 @@ impl Host for MechanismSpec {
 }
 
 impl MechanismSpec {
+    /// Puts bodies where the world has their starts.
+    fn begin(&mut self, services: &Services, out: &mut Lowering<'_>) {
+        let Some(world) = services.world() else {
+            for s in &self.starts {
+                let fact = format!(
+                    "body `{}` starts on an orbit or in named axes, and the simulation has no `world`",
+                    s.body
+                );
+                let help = "write `world: (body: \"earth\")` in the simulation, or `position` and `velocity`";
+                out.faults.push(Fault::new(s.origin, fact).help(help));
+            }
+            return;
+        };
+        for s in &self.starts {
+            let (p, v) = match world.start(&s.start) {
+                Ok(found) => found,
+                Err(e) => {
+                    let fact = format!("body `{}`: {}", s.body, e.message);
+                    out.faults.push(Fault::new(s.origin, fact).help(e.help.unwrap_or_default()));
+                    continue;
+                }
+            };
+            let Some(body) = self.multibody.bodies().iter().find(|b| b.name() == s.body) else {
+                continue;
+            };
+            let (q, rates) = (&mut self.q[body.q()], &mut self.v[body.v()]);
+            let turn = Quat::new_unchecked(nalgebra::Quaternion::new(q[6], q[3], q[4], q[5]));
+            q[..3].copy_from_slice(p.as_slice());
+            // The rates of a free hinge are in the axes of the body.
+            rates[3..].copy_from_slice((turn.inverse() * v).as_slice());
+        }
+    }
+
     /// The shapes that meet, of either kind of contact.
     pub(super) fn colliders(&self) -> Option<&Colliders> {
         let impulses = self.contact.as_ref().map(|c| &c.colliders);

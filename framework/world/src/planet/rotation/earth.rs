@@ -266,6 +266,16 @@ fn polar(tt: (f64, f64), pole: [f64; 2]) -> Quat {
     about_z(sp) * about_y(-pole[0]) * about_x(-pole[1])
 }
 
+/// Rotation from true equator and mean equinox of date, in which two-line elements of Earth satellites are, to the GCRS: both have the
+/// same intermediate pole, and their x differ by ERA − GMST (of 1982, by which these elements count).
+#[must_use]
+pub fn teme_to_gcrs(epoch: &Epoch) -> Quat {
+    let (tt, ut) = (epoch.tt(), epoch.ut1(0.0));
+    let (x, y, s) = sofars::pnp::xys06a(tt.0, tt.1);
+    let turn = sofars::erst::era00(ut.0, ut.1) - sofars::erst::gmst82(ut.0, ut.1);
+    intermediate(&[x, y, s]) * about_z(turn)
+}
+
 /// The matrix GCRS to ITRS at an epoch, by SOFA's own functions step by step: what [`Earth`] interpolates.
 /// 40 µs.
 #[must_use]

@@ -1,0 +1,284 @@
+//! Starts on an orbit, in named axes and over the ground, as positions and velocities in W at t = 0.
+//! ```text
+//! inertial   r_I, v_I                                      elements: R_z(Ω) R_x(i) R_z(ω) of the conic about the body
+//! fixed      r_I = R_IP r_P,  v_I = R_IP v_P + ω × r_I     geodetic: r_P of the ellipsoid, v_P from east, north, up
+//! W a site   r = R_WI r_I − c,  v = R_WI v_I − ω × (R_WI r_I)      c: from the centre of the body to the origin of W
+//! ```
+
+use super::{Inner, Turning};
+use crate::world::Centre;
+use linkwork_runtime::prelude::*;
+use linkwork_runtime::{Anomaly, Start, StartFrame};
+use linkwork_world::orbit::{Elements, propagate};
+use linkwork_world::planet::rotation::teme_to_gcrs;
+use linkwork_world::planet::{Geodetic, PointMotion};
+
+impl Inner {
+    /// Position (m) and velocity (m/s) in W at t = 0.
+    pub(super) fn started(&self, start: &Start) -> Result<(Vec3, Vec3), BuildError> {
+        match *start {
+            Start::Elements { .. } => {
+                let state = self.on_orbit(start)?;
+                self.from_inertial(state.position, state.velocity)
+            }
+            Start::State { frame, position, velocity } => {
+                self.named(frame)?;
+                match frame {
+                    StartFrame::Inertial | StartFrame::Icrf => {
+                        self.from_inertial(position, velocity)
+                    }
+                    StartFrame::Fixed | StartFrame::Itrf => Ok(self.from_body(position, velocity)),
+                    StartFrame::Teme => {
+                        let R = teme_to_gcrs(&self.params.epoch("`frame: teme`")?);
+                        self.from_inertial(R * position, R * velocity)
+                    }
+                }
+            }
+            Start::Geodetic { latitude, longitude, height, velocity } => {
+                let place = Geodetic { latitude, longitude, altitude: height };
+                let position = self.planet.ellipsoid.position(&place);
+                Ok(self.from_body(position, place.east_north_up() * velocity))
+            }
+        }
+    }
+
+    /// The axes exist in this world.
+    fn named(&self, frame: StartFrame) -> Result<(), BuildError> {
+        let iau = self.params.turning() == Turning::Iau;
+        let earth = self.params.body == Centre::Earth;
+        let (name, there) = match frame {
+            StartFrame::Inertial | StartFrame::Fixed => return Ok(()),
+            StartFrame::Icrf => ("icrf", iau),
+            StartFrame::Itrf => ("itrf", iau && earth),
+            StartFrame::Teme => ("teme", iau && earth),
+        };
+        if there {
+            return Ok(());
+        }
+        let of = if frame == StartFrame::Icrf { "a body" } else { "the Earth" };
+        let fact =
+            format!("`frame: {name}` is of {of} that turns by the IAU, and the world has none");
+        let help = "write `epoch` in `world` (with `body: earth` for itrf and teme), or `frame: inertial` or `fixed`";
+        Err(BuildError::new(fact).help(help))
+    }
+
+    /// On an orbit about the body, inertial axes.
+    fn on_orbit(&self, start: &Start) -> Result<PointMotion, BuildError> {
+        let Start::Elements {
+            semi_major_axis,
+            eccentricity,
+            inclination,
+            ascending_node,
+            pericentre,
+            anomaly,
+        } = *start
+        else {
+            unreachable!("elements alone come here")
+        };
+        let mu = self.needs_mu()?;
+        let told = |e| BuildError::of(&e);
+        let at = |anomaly: f64| {
+            Elements::with_axis(
+                semi_major_axis,
+                eccentricity,
+                inclination,
+                ascending_node,
+                pericentre,
+                anomaly,
+            )
+        };
+        match anomaly {
+            Anomaly::True(angle) => {
+                let elements = at(angle).map_err(told)?;
+                if 1.0 + eccentricity * angle.cos() <= 0.0 {
+                    let fact = format!(
+                        "a hyperbola of e = {eccentricity} has no place at an anomaly of {angle} rad"
+                    );
+                    return Err(BuildError::new(fact).help("write an anomaly nearer to 0"));
+                }
+                Ok(elements.state(mu))
+            }
+            Anomaly::Mean(mean) => {
+                // A mean anomaly counts time from the pericentre.
+                let rate = (mu / semi_major_axis.abs().powi(3)).sqrt();
+                let pericentre = at(0.0).map_err(told)?.state(mu);
+                let turns =
+                    if eccentricity < 1.0 { mean.rem_euclid(std::f64::consts::TAU) } else { mean };
+                propagate(mu, &pericentre, turns / rate).map_err(told)
+            }
+        }
+    }
+
+    /// From inertial axes at the centre of the body.
+    fn from_inertial(&self, r: Vec3, v: Vec3) -> Result<(Vec3, Vec3), BuildError> {
+        let Some(site) = &self.planet.site else { return Ok((r, v)) };
+        if !self.planet.turning {
+            let fact = "by `turning: false` of the world the ground is level: W has no inertial axes around it";
+            return Err(BuildError::new(fact)
+                .help("remove `turning: false`, or write `geodetic` or `frame: fixed`"));
+        }
+        let R = site.to_inertial(0.0).inverse();
+        let (r, v) = (R * r, R * v);
+        Ok((r - site.relative_to_centre(&Vec3::zeros()), v - site.omega().cross(&r)))
+    }
+
+    /// From axes fixed to the body, velocities relative to them.
+    fn from_body(&self, r: Vec3, v: Vec3) -> (Vec3, Vec3) {
+        if let Some(site) = &self.planet.site {
+            let r = site.from_planet_axes(&r);
+            return (r - site.relative_to_centre(&Vec3::zeros()), site.from_planet_axes(&v));
+        }
+        let spin = self.planet.rotation.at(0.0);
+        let r = spin.R_IP * r;
+        (r, spin.R_IP * v + spin.omega_I.cross(&r))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::world::{Centre, SiteParams, Turning, WorldParams, handle};
+    use linkwork_runtime::prelude::*;
+    use linkwork_runtime::{Anomaly, Start, StartFrame};
+    use linkwork_world::orbit::Elements;
+    use linkwork_world::planet::PointMotion;
+
+    const MU: f64 = 3.986_004_418e14;
+
+    fn elements(anomaly: Anomaly) -> Start {
+        Start::Elements {
+            semi_major_axis: 7e6,
+            eccentricity: 0.01,
+            inclination: 98f64.to_radians(),
+            ascending_node: 10f64.to_radians(),
+            pericentre: 90f64.to_radians(),
+            anomaly,
+        }
+    }
+
+    fn earth() -> WorldParams {
+        WorldParams {
+            epoch: Some("2004-04-06 07:51:28.386009 UTC".into()),
+            ..WorldParams::of(Centre::Earth)
+        }
+    }
+
+    fn site(turning: bool) -> WorldParams {
+        let here =
+            SiteParams { latitude: 0.7, longitude: -1.2, height: 300.0, heading: 0.4, turning };
+        WorldParams { site: Some(here), ..earth() }
+    }
+
+    #[test]
+    fn elements_come_back_and_a_mean_anomaly_is_keplers() {
+        let world = handle(earth());
+        // At the pericentre: r = a (1 − e), v = √(μ/a (1 + e)/(1 − e)).
+        let (r, v) = world.start(&elements(Anomaly::True(0.0))).unwrap();
+        assert!((r.norm() - 6.93e6).abs() < 1e-6);
+        assert!((v.norm() - (MU / 7e6 * 1.01 / 0.99).sqrt()).abs() < 1e-9);
+        for (anomaly, eccentric) in [(0.5, None), (2.8, None), (0.0, Some(1.3_f64))] {
+            let start = match eccentric {
+                None => Anomaly::True(anomaly),
+                Some(e) => Anomaly::Mean(e - 0.01 * e.sin()),
+            };
+            let (position, velocity) = world.start(&elements(start)).unwrap();
+            let back = Elements::of(MU, &PointMotion { position, velocity }).unwrap();
+            let want = eccentric
+                .map_or(anomaly, |e| 2.0 * ((1.01_f64 / 0.99).sqrt() * (0.5 * e).tan()).atan());
+            assert!((back.anomaly - want).abs() < 1e-9, "{} {want}", back.anomaly);
+            assert!((back.inclination.to_degrees() - 98.0).abs() < 1e-9);
+            assert!((back.ascending_node.to_degrees() - 10.0).abs() < 1e-9);
+            assert!((back.pericentre.to_degrees() - 90.0).abs() < 1e-7);
+        }
+        let open = Start::Elements {
+            semi_major_axis: 7e6,
+            eccentricity: 1.2,
+            inclination: 0.0,
+            ascending_node: 0.0,
+            pericentre: 0.0,
+            anomaly: Anomaly::True(0.0),
+        };
+        let e = world.start(&open).err().unwrap();
+        assert!(e.message.contains("eccentricity"), "{}", e.message);
+    }
+
+    /// Vallado's worked example of TEME (AIAA 2006-6753): 6 April 2004.
+    #[test]
+    fn teme_is_that_of_the_worked_example() {
+        let start = Start::State {
+            frame: StartFrame::Teme,
+            position: Vec3::new(5094.180_162_1, 6127.644_659_5, 6380.344_532_7) * 1e3,
+            velocity: Vec3::new(-4.746_131_487, 0.785_818_041, 5.531_931_288) * 1e3,
+        };
+        let (r, v) = handle(earth()).start(&start).unwrap();
+        let want = Vec3::new(5102.508_959, 6123.011_403, 6378.136_925) * 1e3;
+        assert!((r - want).norm() < 3.0, "{}", (r - want).norm());
+        let want = Vec3::new(-4.743_220_16, 0.790_536_50, 5.533_755_73) * 1e3;
+        assert!((v - want).norm() < 3e-3, "{}", (v - want).norm());
+    }
+
+    /// What stands over the ground has the velocity of the ground; and W as a site has the same motion.
+    #[test]
+    fn a_place_over_the_ground_is_that_of_every_world() {
+        let start = Start::Geodetic {
+            latitude: 0.7,
+            longitude: -1.2,
+            height: 2300.0,
+            velocity: Vec3::new(30.0, -20.0, 5.0),
+        };
+        let (world, on_it) = (handle(earth()), handle(site(true)));
+        let (r, v) = world.start(&start).unwrap();
+        let place = world.geographic(0.0, r).unwrap();
+        assert!((place.latitude - 0.7).abs() < 1e-12 && (place.longitude + 1.2).abs() < 1e-12);
+        assert!((place.altitude - 2300.0).abs() < 1e-6);
+        let over = v - world.planet_rate(0.0).cross(&r);
+        assert!((over.norm() - (900.0 + 400.0 + 25.0_f64).sqrt()).abs() < 1e-9);
+        assert!((over.dot(&r.normalize()) - 5.0).abs() < 0.1, "up, but for the flattening");
+        let Axes::Site(turns) = on_it.axes() else { panic!() };
+        let (r1, v1) = on_it.start(&start).unwrap();
+        // Straight above the origin; x is turned by 0.4 from east towards north.
+        assert!((r1 - Vec3::z() * 2000.0).norm() < 1e-6, "{r1}");
+        let (sin, cos) = 0.4_f64.sin_cos();
+        let want = Vec3::new(30.0 * cos - 20.0 * sin, -30.0 * sin - 20.0 * cos, 5.0);
+        assert!((v1 - want).norm() < 1e-9, "{v1} {want}");
+        // The same state by inertial axes.
+        for start in [
+            Start::State { frame: StartFrame::Icrf, position: r, velocity: v },
+            Start::State {
+                frame: StartFrame::Itrf,
+                position: turns.to_planet(&r1),
+                velocity: turns.pose.rotation * v1,
+            },
+        ] {
+            let (r2, v2) = on_it.start(&start).unwrap();
+            // A site rotates about z of the body; the pole of the Earth is some 1e-11 rad/s beside that.
+            assert!((r2 - r1).norm() < 1e-3 && (v2 - v1).norm() < 1e-3, "{r2} {v2}");
+            let (r3, v3) = world.start(&start).unwrap();
+            assert!((r3 - r).norm() < 1e-3 && (v3 - v).norm() < 1e-3, "{r3} {v3}");
+        }
+        let level = handle(site(false));
+        assert!((level.start(&start).unwrap().0 - r1).norm() < 1e-9);
+        let e = level.start(&elements(Anomaly::True(0.0))).err().unwrap();
+        assert!(e.message.contains("level") && e.help.is_some());
+    }
+
+    #[test]
+    fn axes_that_a_world_does_not_have_are_refused() {
+        let of = |frame| Start::State { frame, position: Vec3::x() * 7e6, velocity: Vec3::y() };
+        let plain = handle(WorldParams::of(Centre::Earth));
+        for frame in [StartFrame::Icrf, StartFrame::Itrf, StartFrame::Teme] {
+            let e = plain.start(&of(frame)).err().unwrap();
+            assert!(e.message.contains("turns by the IAU") && e.help.is_some(), "{}", e.message);
+        }
+        let mars = WorldParams { body: Centre::Mars, ..earth() };
+        assert!(handle(mars.clone()).start(&of(StartFrame::Teme)).is_err());
+        assert!(handle(mars).start(&of(StartFrame::Icrf)).is_ok());
+        assert!(plain.start(&of(StartFrame::Fixed)).is_ok());
+        let nowhere = WorldParams {
+            radius: Some(1e3),
+            turns: Some(Turning::Still),
+            ..WorldParams::of(Centre::Other)
+        };
+        let e = handle(nowhere).start(&elements(Anomaly::True(0.0))).err().unwrap();
+        assert!(e.help.unwrap().contains("`mu`"));
+    }
+}
