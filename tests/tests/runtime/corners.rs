@@ -20,9 +20,12 @@ const SMOOTH: &[&str] = &[
     "flight.drag",
     "flight.gravity_gradient",
     "flight.ground_motion",
+    "flight.ideal_feed",
     "flight.magnetic_field",
     "flight.rate_damping",
+    "power.ideal_supply",
     "power.rtg",
+    "power.thermal_boundary",
     "power.thermal_link",
     "power.thermal_node",
     "sensors.motion",
@@ -30,8 +33,15 @@ const SMOOTH: &[&str] = &[
 
 /// The only jumps are those of a truth value that it reads (`supply`, `brake`, `grip`, a command), or of a number that its source
 /// lets jump: the source ends the step.
-const BY_ITS_INPUT: &[&str] =
-    &["flight.feed_line", "flight.held_thruster", "flight.vector_thrust", "manipulation.finger"];
+const BY_ITS_INPUT: &[&str] = &[
+    "flight.drain",
+    "flight.feed_line",
+    "flight.held_thruster",
+    "flight.vector_thrust",
+    "manipulation.finger",
+    "power.programmable_supply",
+    "power.source",
+];
 
 /// A continuous output with a corner by the motion of what it acts on: no pulse is lost, because the output does not come back by
 /// itself, and adaptive methods take shorter steps there.
@@ -46,7 +56,6 @@ const CORNER_BY_MOTION: &[(&str, &str)] = &[
     ("actuators.torque_drive", "its greatest torque"),
     ("control.desaturation", "no field has no direction"),
     ("flight.bank_control", "its greatest torque"),
-    ("flight.blow_down", "no more gas than at the start"),
     ("flight.control_moment_gyro", "its greatest rate"),
     ("flight.gravity_turn", "no airspeed has no direction"),
     ("flight.magnetic_torquer", "its greatest dipole"),

@@ -199,6 +199,7 @@ const OTHERS: &[(&str, &str)] = &[
     ("flight.airbag", "opens by its own pressure"),
     ("flight.axisymmetric_aerodynamics", "a corner of coefficients, by the motion"),
     ("flight.balloon", "a corner, by its own gas"),
+    ("flight.blow_down", "ends by what is filled in"),
     ("flight.bridle", "taut by the motion"),
     ("flight.canopy", "fills smoothly from its events on"),
     ("flight.capture", "latches by the motion"),
