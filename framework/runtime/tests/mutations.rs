@@ -48,7 +48,8 @@ fn checkpoints_are_taken_or_refused() {
         }
         true
     });
-    assert!(taken > 50 && stepped > 10, "{taken} taken, {stepped} go on");
+    // 150 of 6000.
+    assert!(taken > 10 && stepped > 2, "{taken} taken, {stepped} go on");
 }
 
 #[test]

@@ -12,9 +12,12 @@ const RATE: f64 = 2e-3;
 const MU: f64 = 4.282_837e13;
 const RADIUS: f64 = 3_396_190.0;
 
+/// Heading of the site, rad; as in `planet`.
+const HEADING: f64 = 0.4;
+
 fn site() -> Site {
     let place = Geodetic { latitude: 0.6, longitude: -1.1, altitude: -2000.0 };
-    Site::new(&Ellipsoid::mars(), place, 0.4)
+    Site::new(&Ellipsoid::mars(), place, HEADING)
 }
 
 fn turning() -> Rotation {
@@ -94,7 +97,10 @@ fn environment(from: From) -> String {
     }
     let place = match from {
         From::Site => {
-            format!("\"azimuth\": {:?}, \"elevation\": {:?}", sun.x.atan2(sun.y), sun.z.asin())
+            // From north; the heading turns x from east towards north.
+            let east = Vec3::new(HEADING.cos(), -HEADING.sin(), 0.0);
+            let azimuth = sun.dot(&east).atan2(sun.dot(&Vec3::z().cross(&east)));
+            format!("\"azimuth\": {azimuth:?}, \"elevation\": {:?}", sun.z.asin())
         }
         From::Inertial => format!("\"direction\": {}", triple(&sun)),
     };

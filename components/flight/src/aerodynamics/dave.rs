@@ -109,7 +109,7 @@ pub struct DaveParams {
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
     /// Length of the file's Reynolds number; unwritten: its referenceWingChord.
-    #[param(unit = "m", range = 1e-6..)]
+    #[param(unit = "m")]
     pub reynolds_length: Option<f64>,
     /// What happens where the tables end: clamp, stop.
     #[param(default = Outside::Clamp)]

@@ -7,8 +7,8 @@
 //! ψ = (2/(γ+1))^((γ+1)/(2(γ−1))) when p_a/p is below the critical ratio, else √(2/(γ−1) (r^(2/γ) − r^((γ+1)/γ)))
 //! T = T₀ (p/p₀)^((γ−1)/γ)
 //! ```
-//! The bag keeps its shape but for the cap that is flattened: right while s is well below R. At s = R the centre, where the lander is, has come
-//! down to the ground: the run stops there, because the bag does not know what the lander's hull does. What has gone
+//! The bag keeps its shape but for the cap that is flattened: right while s is well below R. At s = 1.8 R, a tenth of its height, it is pressed
+//! flat: its volume stays there, and the run warns, because the bag does not know whether the lander's hull is on the ground. What has gone
 //! does not come back: after the vent a second bounce is softer.
 
 use linkwork_runtime::prelude::*;
@@ -95,16 +95,16 @@ pub struct Opening {
     /// Depth of the ground in the ball.
     #[port("m")]
     pub touches: f64,
-    /// Depth of the centre in the ground.
+    /// Depth of the ground in the ball over that at which the bag is pressed flat.
     #[port("m", rising)]
     pub flat: f64,
 }
 
-/// Guard of [`Opening`] at which the bag is pressed flat.
+/// Place in [`Opening`] of the guard of a bag that is pressed flat.
 const FLAT: usize = 2;
 
-/// Depth over the radius up to which steps are tried beyond the end of the run: the volume is 0 at 2.
-const TRIED: f64 = 1.8;
+/// Depth over the radius at which the bag is pressed flat; the volume would be 0 at 2.
+const PRESSED: f64 = 1.8;
 
 /// An airbag.
 pub struct Airbag {
@@ -116,7 +116,7 @@ impl Airbag {
     fn pressed(&self, share: f64, centre: &NodeState) -> (f64, f64, f64) {
         let p = &self.p;
         let pi = std::f64::consts::PI;
-        let depth = (p.radius - (centre.position.z - p.ground)).clamp(0.0, TRIED * p.radius);
+        let depth = (p.radius - (centre.position.z - p.ground)).clamp(0.0, PRESSED * p.radius);
         let whole = 4.0 / 3.0 * pi * p.radius.powi(3);
         let cap = pi * depth * depth * (3.0 * p.radius - depth) / 3.0;
         let ratio = share.max(0.0) * whole / (whole - cap);
@@ -126,14 +126,14 @@ impl Airbag {
 }
 
 impl Airbag {
-    /// What stops a run whose bag is pressed flat.
+    /// Warning of a bag that is pressed flat.
     fn flat(&self, centre: &NodeState) -> BuildError {
         let fact = format!(
-            "the bag is pressed flat: its centre is on the ground with {:.3} m/s downwards",
+            "the bag is pressed flat, to a tenth of its height, at {:.3} m/s downwards",
             -centre.velocity.z
         );
-        let help = "use a larger `radius` or more `pressure`, or add the contact of the lander's hull, which touches the ground earlier";
-        BuildError::new(fact).help(help).at("radius").stopping(true)
+        let help = "check that the lander's hull is on the ground; else use a larger `radius` or more `pressure`";
+        BuildError::new(fact).help(help).at("radius")
     }
 }
 
@@ -202,7 +202,7 @@ impl Model for Airbag {
         let (_, pressure, _) = self.pressed(x.share, &u.centre);
         let touches = p.radius - (u.centre.position.z - p.ground);
         let over = p.vent.map_or(-1.0, |v| pressure - p.ambient - v);
-        Opening { over, touches, flat: touches - p.radius }
+        Opening { over, touches, flat: touches - PRESSED * p.radius }
     }
     fn tells(
         &self,
@@ -217,7 +217,7 @@ impl Model for Airbag {
     }
     fn remarks(&self, _: &Clock, _: &Gas, _: &Vent, _: &(), u: &AirbagIn) -> Vec<BuildError> {
         let p = &self.p;
-        if u.centre.position.z <= p.ground {
+        if u.centre.position.z - p.ground <= (1.0 - PRESSED) * p.radius {
             return vec![self.flat(&u.centre)];
         }
         let Some(vent) = p.vent else { return Vec::new() };
