@@ -15,6 +15,7 @@ mod support;
 #[path = "../../dynamics/benches/mechanisms/mod.rs"]
 mod mechanisms;
 mod mjcf;
+#[allow(dead_code)]
 mod scenes;
 mod steps;
 

@@ -21,6 +21,39 @@ fn a_tank_with_negative_propellant_is_refused() {
     assert!(scene(&text.replace("-1 kg", "1 kg"), &[]).is_ok());
 }
 
+/// An engine without a tank had propellant without end. It does not load; nor does one whose tank gives it propellant and loses none.
+#[test]
+fn an_engine_without_a_tank_does_not_load() {
+    let text = r#"Simulation(
+    bodies: { "stage": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10]) },
+    parts: {
+        "Full": (model: "basics.constant", params: { "value": 1 }),
+        "Tank": (model: "flight.propellant_tank", params: { "propellant": "10 kg", "radius": "0.5 m" }, bind: { "bottom": "node:stage" }),
+        "Engine": (model: "flight.engine", params: { "thrust": "400 N", "specific_impulse": "300 s" }, bind: { "nozzle": "node:stage" }),
+    },
+    wires: ["Full.y -> Engine.throttle"], CONNECT
+    gravity: "none", step: "10 ms", until: "1 s",
+)"#;
+    let with = |connect: &str| scene(&text.replace("CONNECT", connect), &[]);
+    let told = with("").err().unwrap();
+    assert!(told.contains("connector `Engine.propellant` is not connected"), "{told}");
+    assert!(told.contains("help: "), "{told}");
+    let one_way = text.replace(
+        "\"Full.y -> Engine.throttle\"",
+        "\"Full.y -> Engine.throttle\", \"Tank.outlet.available -> Engine.propellant.available\"",
+    );
+    let told = scene(&one_way.replace("CONNECT", ""), &[]).err().unwrap();
+    assert!(
+        told.contains("`Engine.propellant.flow` does not go there")
+            || told.contains("its `propellant.flow` does not go there"),
+        "{told}"
+    );
+    let mut sim = with(r#"connect: [("Engine.propellant", "Tank.outlet")],"#).unwrap();
+    sim.run_until(seconds(1.0)).unwrap();
+    let used = 10.0 - sim.get("Tank.propellant").unwrap();
+    assert!((used * 300.0 * 9.80665 / 400.0 - 1.0).abs() < 1e-9, "{used}");
+}
+
 /// Gravity that is refused is the one mistake: not also that the craft, and the radar beside it, find none.
 #[test]
 fn what_is_refused_is_not_said_to_be_missing_too() {

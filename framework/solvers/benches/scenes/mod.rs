@@ -1,5 +1,4 @@
 //! Scenes of bodies in contact for the benchmarks.
-#![allow(dead_code)] // Each benchmark takes a part of them.
 
 use crate::mechanisms;
 use linkwork_collision::{ColliderSpec, Colliders, Material, Rules, Shape};
