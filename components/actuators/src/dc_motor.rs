@@ -12,8 +12,8 @@
 //! P − τ ω − d/dt(½ L i² + ½ k_hold z²) ≥ 0.
 //!
 //! The electronics are a bridge without losses that chops the supply: it cannot give more than the voltage of the supply, lowers the voltage where
-//! the current is at `current_max`, and feeds power back where the shaft drives the motor. Without a supply (V = 0) it shorts the winding: the motor brakes, and
-//! the power that it generates is heat in the winding.
+//! the current is at `current_max`, and feeds power back where the shaft drives the motor. At V = 0 the bridge shorts the winding: the motor brakes, and
+//! the generated power heats the winding.
 //!
 //! The back-EMF is a damping of (n k)² η/R at the shaft: with an explicit integrator keep this times the step
 //! below the inertia of the shaft, and put the rotor's reflected inertia n² J into the driven body.

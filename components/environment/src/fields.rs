@@ -41,7 +41,7 @@ impl Gravity for UniformGravity {
     }
 }
 
-/// By how much a written acceleration may differ from that of the world's body, as a share.
+/// Greatest relative difference between a written acceleration and the acceleration of the world's body.
 const SAME_BODY: f64 = 0.015;
 
 /// Size (m/s²) of gravity at the origin of level ground, with the centrifugal part.
@@ -232,7 +232,7 @@ impl Service for ExponentialAtmosphere {
 /// A sun that stands still in W, or among the stars.
 #[derive(Params, Clone, Debug)]
 pub struct FixedSunParams {
-    /// On level ground or a site: azimuth from north towards east. Without a world north is y of W and east x; with one the `heading` of its `site` counts.
+    /// On level ground or a site: azimuth from north towards east. North is y of W and east is x if the simulation has no world; else the `heading` of the world's `site` gives them.
     #[param(unit = "rad")]
     pub azimuth: Option<f64>,
     /// On level ground or a site: elevation above the horizon.

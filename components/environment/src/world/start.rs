@@ -107,7 +107,7 @@ impl Inner {
         }
     }
 
-    /// From inertial axes at the centre of the body.
+    /// Transforms position and velocity from inertial axes at the centre of the body to W.
     fn of_inertial(&self, r: Vec3, v: Vec3) -> Result<(Vec3, Vec3), BuildError> {
         let Some(site) = &self.planet.site else { return Ok((r, v)) };
         if !self.planet.turning {
@@ -120,7 +120,7 @@ impl Inner {
         Ok((r - site.relative_to_centre(&Vec3::zeros()), v - site.omega().cross(&r)))
     }
 
-    /// From axes fixed to the body, velocities relative to them.
+    /// Transforms position and velocity from axes fixed to the body to W; the velocity is relative to these axes.
     fn of_body(&self, r: Vec3, v: Vec3) -> (Vec3, Vec3) {
         if let Some(site) = &self.planet.site {
             let r = site.from_planet_axes(&r);

@@ -8,7 +8,7 @@
 //! T = T₀ (p/p₀)^((γ−1)/γ)
 //! ```
 //! The bag keeps its shape but for the cap that is flattened: right while s is well below R. At s = 1.8 R, a tenth of its height, it is pressed
-//! flat: its volume stays there, and the run warns, because the bag does not know whether the lander's hull is on the ground. What has gone
+//! flat: its volume stays there, and the run warns, because the bag does not know whether the lander's hull is on the ground. Gas that has left
 //! does not come back: after the vent a second bounce is softer.
 
 use linkwork_runtime::prelude::*;
