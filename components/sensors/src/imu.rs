@@ -1,13 +1,14 @@
 //! `sensors.imu`: gyroscopes and accelerometers with bias, white noise, random walk, scale and misalignment.
 //! ```text
-//! m = (1 + s) (v + μ × v) + b + n        v: turn rate, or specific force f = Rᵀ(a − g), in the sensor's frame;
+//! m_i = (1 + s_i) (v + μ × v)_i + b_i + n_i    i: axis; v: turn rate, or specific force f = Rᵀ(a − g), in the sensor's frame;
 //!                                         g: of free fall where it is, as it moves; turn rate and a against inertial space
 //! n ~ N/√Δt          white noise of density N  (Allan deviation N/√τ)
 //! b' = b + K √Δt w   random walk of density K   (Allan deviation K √(τ/3))
 //! b  + B √(ln 10/π) Σ x_k,  x_k' = e^(−Δt/T_k) x_k + √(1 − e^(−2Δt/T_k)) w,  T_k = 1, 10 … 10⁴ s:
 //!                    instability B, noise 1/f within 2 % from 3 to 3000 s (Allan deviation √(2 ln 2/π) B, flat)
 //! ```
-//! At rest the accelerometer reads +g upwards. The first bias is drawn from its spread by the run's seed.
+//! At rest the accelerometer reads +g upwards. Turn-on bias and scale error of each axis are drawn from their spreads by the run's seed, and are in
+//! the first sample as in all others.
 
 use linkwork_runtime::prelude::*;
 
@@ -16,11 +17,11 @@ use linkwork_runtime::prelude::*;
 pub enum Grade {
     /// No errors.
     Ideal,
-    /// LN-200S class (MER, MSL): 0.07 °/√h, 1 °/h, 35 µg/√Hz, 300 µg.
+    /// LN-200S class (MER, MSL): 0.07 °/√h, turn-on bias 1 °/h; 35 µg/√Hz, turn-on bias 300 µg.
     Ln200s,
-    /// Navigation grade, MIMU class: 0.005 °/√h, 0.005 °/h, 100 µg.
+    /// Navigation grade, MIMU class: 0.005 °/√h, turn-on bias 0.005 °/h; turn-on bias 100 µg.
     Mimu,
-    /// ADIS16448-class MEMS: 0.66 °/√h, 14.5 °/h, 230 µg/√Hz, 3 mg.
+    /// MEMS, ADIS16448 class: 0.66 °/√h, turn-on bias 0.5 °/s, 14.5 °/h in a run; 230 µg/√Hz, turn-on bias 20 mg, 0.25 mg in a run.
     Mems,
 }
 
@@ -33,17 +34,21 @@ pub struct Errors {
     pub walk: f64,
     /// Instability of the bias, unit.
     pub instability: f64,
-    /// Spread of the first bias, unit.
+    /// Standard deviation of the turn-on bias, unit.
     pub bias: f64,
-    /// Scale error.
+    /// Standard deviation of the scale error.
     pub scale: f64,
 }
 
 /// Standard gravity, m/s².
 const G: f64 = 9.80665;
 
-/// Errors of the gyroscopes (rad/s) and the accelerometers (m/s²) of a grade. Random walks and scale errors
-/// are typical values for the class, not of a data sheet; so is the noise of the accelerometers of `mimu`. No grade has an instability of its own.
+/// Lowest point of the Allan deviation over the instability, √(2 ln 2/π).
+const FLAT: f64 = 0.664_282_470_3;
+
+/// Errors of the gyroscopes (rad/s) and the accelerometers (m/s²) of a grade. They are typical values for the class, not values of a
+/// data sheet. The bias that is drawn when the unit is turned on and the stability in a run, which is the lowest point of the Allan
+/// deviation, are two numbers: for MEMS the first is a hundred times the second. The grades `ln200s` and `mimu` have no instability.
 pub fn errors_of(grade: Grade) -> (Errors, Errors) {
     let none = Errors::default();
     let per_root_hour = 1f64.to_radians() / 60.0;
@@ -68,45 +73,54 @@ pub fn errors_of(grade: Grade) -> (Errors, Errors) {
             Errors {
                 white: 0.66 * per_root_hour,
                 walk: 4e-6,
-                bias: 14.5 * per_hour,
+                instability: 14.5 * per_hour / FLAT,
+                bias: 0.5f64.to_radians(),
                 scale: 3e-3,
-                ..none
             },
-            Errors { white: 230e-6 * G, walk: 3e-5, bias: 3e-3 * G, scale: 3e-3, ..none },
+            Errors {
+                white: 230e-6 * G,
+                walk: 3e-5,
+                instability: 0.25e-3 * G / FLAT,
+                bias: 20e-3 * G,
+                scale: 3e-3,
+            },
         ),
     }
 }
 
-/// Grade and misalignment; written densities replace the grade's.
+/// Grade and misalignment; written densities and instabilities replace the grade's.
 #[derive(Params, Clone, Debug)]
 pub struct ImuParams {
     /// Grade of the instrument.
     #[param(default = Grade::Ln200s)]
     pub grade: Grade,
     /// White noise of the gyroscopes, rad/s/√Hz.
-    #[param(default = None)]
+    #[param(default = None, range = 0.0..)]
     pub gyro_white: Option<f64>,
     /// Random walk of the gyroscopes' bias, rad/s/√s.
-    #[param(default = None)]
+    #[param(default = None, range = 0.0..)]
     pub gyro_walk: Option<f64>,
     /// Instability of the gyroscopes' bias: the flat part of its Allan deviation is 0.664 of it.
-    #[param(unit = "rad/s", default = 0.0, range = 0.0..)]
-    pub gyro_instability: f64,
+    #[param(unit = "rad/s", default = None, range = 0.0..)]
+    pub gyro_instability: Option<f64>,
     /// White noise of the accelerometers, m/s²/√Hz.
-    #[param(default = None)]
+    #[param(default = None, range = 0.0..)]
     pub accel_white: Option<f64>,
     /// Random walk of the accelerometers' bias, m/s²/√s.
-    #[param(default = None)]
+    #[param(default = None, range = 0.0..)]
     pub accel_walk: Option<f64>,
     /// Instability of the accelerometers' bias.
-    #[param(unit = "m/s^2", default = 0.0, range = 0.0..)]
-    pub accel_instability: f64,
+    #[param(unit = "m/s^2", default = None, range = 0.0..)]
+    pub accel_instability: Option<f64>,
     /// Misalignment of both triads as a small rotation in the sensor's frame.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub misalignment: Vec3,
     /// Gravity.
     #[param(service)]
     pub gravity: Handle<dyn Gravity>,
+    /// The world: gyroscopes measure the rotation of a site that W may be.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The mount.
@@ -143,10 +157,13 @@ pub struct ImuState {
     /// Parts of the instability of both triads, by time constant, in units of its spread.
     #[port("1")]
     pub unstable: [f64; 6 * SCALES],
-    /// The first bias of both triads in units of its spread.
+    /// The turn-on bias of both triads in units of its spread.
     #[port("1")]
     pub first: [f64; 6],
-    /// The first bias has been drawn.
+    /// The scale error of both triads in units of its spread.
+    #[port("1")]
+    pub scale: [f64; 6],
+    /// These have been drawn.
     #[port("1")]
     pub drawn: bool,
 }
@@ -155,9 +172,11 @@ pub struct ImuState {
 const TIMES: [f64; SCALES] = [1.0, 10.0, 100.0, 1e3, 1e4];
 const SCALES: usize = 5;
 
-/// Lanes of noise: white of both triads, walks, first biases, then the parts of the instability, then their beginning.
+/// Lanes of noise: white of both triads, walks, turn-on biases, the parts of the instability, their beginning, scale errors.
+const TURN_ON: u32 = 12;
 const UNSTABLE: u32 = 18;
 const BEGINNING: u32 = UNSTABLE + 6 * SCALES as u32;
+const SCALE: u32 = BEGINNING + 6 * SCALES as u32;
 
 fn normals(c: &Clock, lane: u32) -> Vec3 {
     Vec3::new(c.normal(lane), c.normal(lane + 1), c.normal(lane + 2))
@@ -166,6 +185,8 @@ fn normals(c: &Clock, lane: u32) -> Vec3 {
 /// Gyroscopes and accelerometers with their errors.
 pub(crate) struct Triads {
     p: ImuParams,
+    /// Of W in inertial space, rad/s, W.
+    turning: Vec3,
     gyro: Errors,
     accel: Errors,
 }
@@ -175,19 +196,37 @@ impl Triads {
         let (mut gyro, mut accel) = errors_of(p.grade);
         gyro.white = p.gyro_white.unwrap_or(gyro.white);
         gyro.walk = p.gyro_walk.unwrap_or(gyro.walk);
-        gyro.instability = p.gyro_instability;
+        gyro.instability = p.gyro_instability.unwrap_or(gyro.instability);
         accel.white = p.accel_white.unwrap_or(accel.white);
         accel.walk = p.accel_walk.unwrap_or(accel.walk);
-        accel.instability = p.accel_instability;
-        Triads { p, gyro, accel }
+        accel.instability = p.accel_instability.unwrap_or(accel.instability);
+        let site = p.world.as_ref().and_then(|w| w.axes().site());
+        Triads { turning: site.map_or(Vec3::zeros(), |s| s.omega()), p, gyro, accel }
     }
 
     /// Turn rate against inertial space (rad/s) and specific force (m/s²), sensor's frame.
     fn truth(&self, t: f64, u: &ImuIn) -> (Vec3, Vec3) {
         let to_sensor = u.mount.rotation.inverse();
         let gravity = self.p.gravity.free_fall(t, u.mount.position, u.mount.velocity);
-        let turning = self.p.gravity.site().map_or(Vec3::zeros(), |s| s.omega());
-        (to_sensor * (u.mount.angular + turning), to_sensor * (u.motion.linear - gravity))
+        (to_sensor * (u.mount.angular + self.turning), to_sensor * (u.motion.linear - gravity))
+    }
+
+    /// The state at a sample: at the first one, what lasts is drawn.
+    pub(crate) fn drawn(&self, c: &Clock, d: &ImuState) -> ImuState {
+        if d.drawn {
+            return *d;
+        }
+        let unstable = |k: usize| {
+            let e = if k < 3 * SCALES { &self.gyro } else { &self.accel };
+            if e.instability > 0.0 { c.normal(BEGINNING + k as u32) } else { 0.0 }
+        };
+        ImuState {
+            unstable: std::array::from_fn(unstable),
+            first: std::array::from_fn(|k| c.normal(TURN_ON + k as u32)),
+            scale: std::array::from_fn(|k| c.normal(SCALE + k as u32)),
+            drawn: true,
+            ..*d
+        }
     }
 
     /// What both triads feel without white noise, rad/s and m/s².
@@ -200,10 +239,14 @@ impl Triads {
             let spread = e.instability * (10f64.ln() / std::f64::consts::PI).sqrt();
             walk + first * e.bias + unstable * spread
         };
-        let bent = |e: &Errors, v: Vec3| (v + self.p.misalignment.cross(&v)) * (1.0 + e.scale);
+        let bent = |e: &Errors, v: Vec3, triad: usize| {
+            let scale = Vec3::from_column_slice(&d.scale[3 * triad..3 * triad + 3]) * e.scale;
+            let v = v + self.p.misalignment.cross(&v);
+            v + v.component_mul(&scale)
+        };
         (
-            bent(&self.gyro, rate) + bias(&self.gyro, d.gyro, 0),
-            bent(&self.accel, force) + bias(&self.accel, d.accel, 1),
+            bent(&self.gyro, rate, 0) + bias(&self.gyro, d.gyro, 0),
+            bent(&self.accel, force, 1) + bias(&self.accel, d.accel, 1),
         )
     }
 
@@ -219,12 +262,13 @@ impl Triads {
     /// The biases a sample later.
     pub(crate) fn later(&self, c: &Clock, d: &ImuState) -> ImuState {
         let step = c.dt.max(0.0).sqrt();
+        let d = self.drawn(c, d);
         let unstable = |k: usize| {
             let e = if k < 3 * SCALES { &self.gyro } else { &self.accel };
             if !(e.instability > 0.0) {
                 return 0.0;
             }
-            let now = if d.drawn { d.unstable[k] } else { c.normal(BEGINNING + k as u32) };
+            let now = d.unstable[k];
             let x = c.dt / TIMES[k % (3 * SCALES) / 3];
             (-x).exp() * now + (-f64::exp_m1(-2.0 * x)).sqrt() * c.normal(UNSTABLE + k as u32)
         };
@@ -232,8 +276,7 @@ impl Triads {
             gyro: d.gyro + normals(c, 6) * (self.gyro.walk * step),
             accel: d.accel + normals(c, 9) * (self.accel.walk * step),
             unstable: std::array::from_fn(unstable),
-            first: if d.drawn { d.first } else { std::array::from_fn(|k| c.normal(12 + k as u32)) },
-            drawn: true,
+            ..d
         }
     }
 }
@@ -254,7 +297,8 @@ impl Model for Imu {
         Ok(Imu { triads: Triads::new(p) })
     }
     fn direct(&self, c: &Clock, _: &(), d: &ImuState, u: &ImuIn) -> ImuOut {
-        let ((rate, force), (a, b)) = (self.triads.felt(c.t, d, u), self.triads.noise(c));
+        let d = self.triads.drawn(c, d);
+        let ((rate, force), (a, b)) = (self.triads.felt(c.t, &d, u), self.triads.noise(c));
         ImuOut { rate: rate + a, force: force + b }
     }
     fn update(&self, c: &Clock, _: &(), d: &ImuState, _: &()) -> ImuState {
@@ -279,12 +323,13 @@ pub(crate) mod tests {
             grade,
             gyro_white: white,
             gyro_walk: walk,
-            gyro_instability: 0.0,
+            gyro_instability: Some(0.0),
             accel_white: white,
             accel_walk: walk,
-            accel_instability: 0.0,
+            accel_instability: Some(0.0),
             misalignment: Vec3::zeros(),
             gravity: Handle::new("gravity", Arc::new(Mars) as Arc<dyn Gravity>),
+            world: None,
         };
         Imu::build(p).unwrap()
     }
@@ -401,6 +446,30 @@ pub(crate) mod tests {
         let i = imu(Grade::Ln200s, Some(0.0), Some(0.0));
         let y = series(&i, 10, 0.01);
         let one = 1f64.to_radians() / 3600.0;
-        assert!(y[0] == 0.0 && y[5] != 0.0 && y[5].abs() < 5.0 * one && y[5] == y[9], "{y:?}");
+        assert!(y[0] != 0.0 && y[0].abs() < 5.0 * one && y[0] == y[5] && y[5] == y[9], "{y:?}");
+    }
+
+    /// Over many seeds the scale errors of the axes have their spread about zero, and are independent.
+    #[test]
+    fn scale_errors_are_of_each_axis_and_seed() {
+        let m = imu(Grade::Mems, Some(0.0), Some(0.0));
+        let mut u = at_rest();
+        u.mount.angular = Vec3::repeat(1.0);
+        let n = 4000_u32;
+        let (mut mean, mut square, mut product) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+        for key in 0..u64::from(n) {
+            let c = Clock { t: 0.0, dt: 0.1, n: 0, key, sampled: true, span: None };
+            let still = m.direct(&c, &(), &ImuState::zero(), &at_rest(), &()).rate;
+            let s = m.direct(&c, &(), &ImuState::zero(), &u, &()).rate - still - Vec3::repeat(1.0);
+            mean += s / f64::from(n);
+            square += s.component_mul(&s) / f64::from(n);
+            product += s.x * s.y / f64::from(n);
+        }
+        let spread = 3e-3;
+        assert!(mean.amax() < 4.0 * spread / f64::from(n).sqrt(), "{mean}");
+        for k in 0..3 {
+            assert!((square[k].sqrt() / spread - 1.0).abs() < 0.05, "{square}");
+        }
+        assert!((product / (spread * spread)).abs() < 0.07, "{product}");
     }
 }

@@ -80,6 +80,7 @@ impl Model for ImuIncrements {
         }
     }
     fn deriv(&self, c: &Clock, _: &Integrals, d: &Sampled, _: &(), u: &ImuIn) -> Integrals {
+        // Before the first sample, where the errors are drawn, nothing counts.
         let (angle, velocity) = self.triads.felt(c.t, &d.errors, u);
         Integrals { angle, velocity }
     }
@@ -115,12 +116,13 @@ mod tests {
             grade: Grade::Ideal,
             gyro_white: Some(white),
             gyro_walk: None,
-            gyro_instability: 0.0,
+            gyro_instability: None,
             accel_white: Some(10.0 * white),
             accel_walk: None,
-            accel_instability: 0.0,
+            accel_instability: None,
             misalignment: Vec3::zeros(),
             gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
+            world: None,
         })
         .unwrap();
         let motion = NodeAccel { angular: Vec3::zeros(), linear: Vec3::new(0.0, 0.0, 0.0) };
