@@ -26,11 +26,15 @@ pub mod standing_controller;
 pub mod standing_ports;
 pub mod tracking;
 
-use linkwork_runtime::prelude::{Entry, Gravity, Handle, Vec3};
+use linkwork_runtime::prelude::{Axes, Entry, Gravity, Handle, Vec3};
 
-/// Acceleration of free fall (m/s²) that a controller believes: as written, or else that of the simulation at the origin of W.
+/// Acceleration of free fall (m/s²) that a controller believes: as written, or else the gravity of the simulation at the origin of W. Where W is
+/// inertial with the centre of a body at its origin, it is zero, as on a spacecraft in free fall: for an arm on the ground of that body write `gravity`.
 pub(crate) fn believed(written: Option<Vec3>, field: Option<&Handle<dyn Gravity>>) -> Vec3 {
-    let of_field = |g: &Handle<dyn Gravity>| g.acceleration(0.0, Vec3::zeros());
+    let of_field = |g: &Handle<dyn Gravity>| match g.axes() {
+        Axes::Inertial => Vec3::zeros(),
+        Axes::Any | Axes::Site(_) | Axes::Level(_) => g.acceleration(0.0, Vec3::zeros()),
+    };
     written.or_else(|| field.map(of_field)).unwrap_or_else(Vec3::zeros)
 }
 
@@ -44,4 +48,34 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<shearing::Shearing>(),
         Entry::sized::<standing_controller::StandingController>(),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    /// A point mass at the origin, or the ground.
+    struct Field(Axes);
+    impl Gravity for Field {
+        fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
+            match self.0 {
+                Axes::Inertial => p * (-4e14 / p.norm().powi(3)),
+                _ => Vec3::new(0.0, 0.0, -3.7),
+            }
+        }
+        fn axes(&self) -> Axes {
+            self.0
+        }
+    }
+
+    #[test]
+    fn gravity_is_believed_where_there_is_ground() {
+        let field = |axes| Handle::new("g", Arc::new(Field(axes)) as Arc<dyn Gravity>);
+        let (orbit, ground) = (field(Axes::Inertial), field(Axes::Any));
+        assert_eq!(believed(None, Some(&orbit)), Vec3::zeros());
+        assert_eq!(believed(None, Some(&ground)), Vec3::new(0.0, 0.0, -3.7));
+        assert_eq!(believed(Some(Vec3::x()), Some(&orbit)), Vec3::x());
+        assert_eq!(believed(None, None), Vec3::zeros());
+    }
 }

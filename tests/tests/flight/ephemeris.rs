@@ -261,6 +261,14 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
     refused(&other, &["`Gravity.third_bodies`", "no body 4; it has 0, 3, 10, 301, 399", "de440"]);
     write(&folder, epoch, false);
     refused(&text, &["`Gravity.third_bodies`", "no body 301; it has 0, 3, 10, 399"]);
+    // A simulation without a Sun does not need the Moon in the kernel.
+    let dark = text.replace("[\"sun\", \"moon\"]", "[\"sun\"]");
+    refused(&dark, &["`Sun`: the Moon may hide the Sun", "shadows: []"]);
+    let (from, to) =
+        (dark.find("\"Sun\":").unwrap(), dark.find("environment.ephemeris_sun").unwrap());
+    let end = to + dark[to..].find("),").unwrap() + 2;
+    let dark = format!("{}{}", &dark[..from], &dark[end..]);
+    assert!(scene(&dark, &[]).is_ok(), "{}", scene(&dark, &[]).err().unwrap());
     std::fs::write(folder.path().join("made.bsp"), "GIF89a").unwrap();
     refused(&text, &["`world.kernel`", "it does not begin with `DAF/SPK`", "give an SPK kernel"]);
     std::fs::remove_file(folder.path().join("made.bsp")).unwrap();

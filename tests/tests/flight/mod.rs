@@ -4,6 +4,7 @@ mod ascent;
 mod asteroid;
 mod balloon;
 mod capsule_landing;
+mod cases;
 mod check_cases;
 mod descent;
 mod entry;

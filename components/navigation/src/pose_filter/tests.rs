@@ -21,7 +21,8 @@ fn instruments() -> Instruments {
         height: 0.75,
         eye: Pose::new(pitch * lens, Vec3::new(0.9, 0.2, 1.4)),
         gate: 1e9,
-        turning: Vec3::zeros(),
+        // Fifty times the rotation of Mars, so that it matters within minutes.
+        turning: Vec3::new(2e-3, -1e-3, 2.5e-3),
     }
 }
 
@@ -71,7 +72,8 @@ fn drive(trial: u64, seconds: f64, with: With) -> Drive {
         let t = n as f64 * DT;
         let w = Vec3::new(0.05 * (0.9 * t).sin(), 0.06 * (0.7 * t).cos(), 0.08 * (0.11 * t).sin());
         let speed = if t % 40.0 < 32.0 { 0.25 } else { 0.0 };
-        let gyro = w + bias + three(n, 0) * i.gyro;
+        let felt = w + truth.rotation.inverse() * i.turning;
+        let gyro = felt + bias + three(n, 0) * i.gyro;
         let rates = Rates { gyro, speed, change: Vec3::zeros() };
         filter.go(&i, &rates, DT);
         // The truth goes on by the same rule.
