@@ -19,7 +19,7 @@ pub struct BallParams {
     #[param(default = 0.8, range = 0.0..=1.0)]
     pub restitution: f64,
     /// Gravity.
-    #[param(unit = "m/s^2", default = 9.80665, range = 0.0..)]
+    #[param(unit = "m/s^2", range = 0.0..)]
     pub gravity: f64,
     /// Impacts slower than this stop the ball: what follows would be endless.
     #[param(unit = "m/s", default = 1e-3, range = 1e-9..)]

@@ -9,6 +9,7 @@
 
 pub mod arithmetic;
 pub mod continuous;
+pub mod drop_out;
 pub mod events;
 pub mod ports;
 pub mod profile;
@@ -41,6 +42,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<events::Relay>(),
         Entry::model::<sampled::Hold>(),
         Entry::model::<sampled::Delay>(),
+        Entry::sized::<drop_out::DropOut>(),
         Entry::model::<sampled::Differentiator>(),
         Entry::model::<sampled::Statistics>(),
         Entry::model::<trajectory::HingeTrajectory>(),

@@ -65,9 +65,9 @@ pub struct GeneratedParams {
     /// Moves the height at x = y = 0 to z = 0.
     #[param(default = true)]
     pub level: bool,
-    /// The soil everywhere.
-    #[param(default = SoilParams::default())]
-    pub soil: SoilParams,
+    /// The soil everywhere; what computes with the soil or its friction needs it.
+    #[param(default = None)]
+    pub soil: Option<SoilParams>,
     /// Polygons of other soils, each over those before it.
     #[param(default = vec![])]
     pub soils: Vec<SoilPatch>,
@@ -164,7 +164,8 @@ impl Service for GridTerrain {
             .iter()
             .map(|r| Rock { x: r.x, y: r.y, diameter: r.diameter, height: r.height })
             .collect();
-        let soils = SoilMap::new(&p.soil, p.soil_map.as_ref(), &p.soils, field.bounds(), files)?;
+        let soils =
+            SoilMap::new(p.soil.as_ref(), p.soil_map.as_ref(), &p.soils, field.bounds(), files)?;
         Ok(GridTerrain { field, soils, rocks })
     }
 }
@@ -193,7 +194,7 @@ mod tests {
             rock_burial: [0.5, 0.5],
             clear: vec![[0.0, 0.0, 3.0]],
             level: true,
-            soil: SoilParams::default(),
+            soil: None,
             soils: vec![],
             soil_map: None,
         }

@@ -58,7 +58,6 @@ pub enum SoilKind {
 #[derive(Params, Clone, Debug)]
 pub struct SoilParams {
     /// Published set to start from.
-    #[param(default = SoilKind::Lunar)]
     pub kind: SoilKind,
     /// Sinkage exponent without slip.
     #[param(default = None)]
@@ -98,10 +97,11 @@ pub struct SoilParams {
     pub friction: Option<f64>,
 }
 
-impl Default for SoilParams {
-    fn default() -> Self {
+impl SoilParams {
+    /// A published soil as it is.
+    pub fn of(kind: SoilKind) -> Self {
         SoilParams {
-            kind: SoilKind::Lunar,
+            kind,
             n: None,
             n1: None,
             k_c: None,
@@ -304,7 +304,8 @@ mod tests {
 
     #[test]
     fn what_is_written_replaces_the_kind() {
-        let p = SoilParams { kind: SoilKind::DrySand, n: Some(1.3), ..Default::default() };
+        let p =
+            SoilParams { kind: SoilKind::DrySand, n: Some(1.3), ..SoilParams::of(SoilKind::Lunar) };
         let s = p.soil().unwrap();
         assert_eq!((s.n, s.k_phi), (1.3, 1.528e6));
         let p = SoilParams {
@@ -312,22 +313,22 @@ mod tests {
             a1: Some(0.2),
             lambda: Some(0.9),
             density: Some(1700.0),
-            ..Default::default()
+            ..SoilParams::of(SoilKind::Lunar)
         };
         let s = p.soil().unwrap();
         assert_eq!((s.a0, s.a1, s.lambda, s.density), (0.3, 0.2, 0.9, 1700.0));
-        let p = SoilParams { lambda: Some(-1.0), ..Default::default() };
+        let p = SoilParams { lambda: Some(-1.0), ..SoilParams::of(SoilKind::Lunar) };
         assert!(p.soil().unwrap_err().message.contains("lambda"));
-        let p = SoilParams { friction_angle: Some(33.0), ..Default::default() };
+        let p = SoilParams { friction_angle: Some(33.0), ..SoilParams::of(SoilKind::Lunar) };
         let told = p.soil().unwrap_err();
         assert!(told.help.unwrap().contains("33 deg"));
         assert_eq!(told.param.unwrap(), "soil.friction_angle");
         for p in [
-            SoilParams { k_phi: Some(f64::INFINITY), ..Default::default() },
-            SoilParams { k_phi: Some(-1.0), ..Default::default() },
-            SoilParams { n: Some(f64::NAN), ..Default::default() },
-            SoilParams { density: Some(f64::INFINITY), ..Default::default() },
-            SoilParams { shear_modulus: Some(0.0), ..Default::default() },
+            SoilParams { k_phi: Some(f64::INFINITY), ..SoilParams::of(SoilKind::Lunar) },
+            SoilParams { k_phi: Some(-1.0), ..SoilParams::of(SoilKind::Lunar) },
+            SoilParams { n: Some(f64::NAN), ..SoilParams::of(SoilKind::Lunar) },
+            SoilParams { density: Some(f64::INFINITY), ..SoilParams::of(SoilKind::Lunar) },
+            SoilParams { shear_modulus: Some(0.0), ..SoilParams::of(SoilKind::Lunar) },
         ] {
             let told = p.soil().unwrap_err();
             assert!(told.message.starts_with("no soil has") && told.help.is_some(), "{told:?}");

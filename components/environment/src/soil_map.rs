@@ -90,19 +90,29 @@ impl SoilMap {
         SoilMap { soils: vec![soil], cells: None, patches: Vec::new() }
     }
 
+    /// Whether the soil is written.
+    pub fn known(&self) -> bool {
+        !self.soils[0].n.is_nan()
+    }
+
     /// Of a terrain with these bounds (m): `everywhere`, on it a raster, on that polygons, each over those before it.
     ///
     /// # Errors
     /// A soil that is none, a polygon without an inside, a raster that cannot be read or whose numbers have no soil; at the parameters `soil`,
     /// `soils` and `soil_map`.
     pub fn new(
-        everywhere: &SoilParams,
+        everywhere: Option<&SoilParams>,
         raster: Option<&SoilRaster>,
         patches: &[SoilPatch],
         bounds: [f64; 4],
         files: &Files,
     ) -> Result<SoilMap, BuildError> {
-        let mut map = SoilMap::uniform(everywhere.soil()?);
+        if everywhere.is_none() && (raster.is_some() || !patches.is_empty()) {
+            let fact = "`soils` or `soil_map` is written, and not the soil that is elsewhere";
+            return Err(BuildError::new(fact).help("write `soil: (kind: ..)`, too").at("soil"));
+        }
+        let soil = everywhere.map_or(Ok(Soil::UNKNOWN), SoilParams::soil)?;
+        let mut map = SoilMap::uniform(soil);
         if let Some(raster) = raster {
             let cells = cells(raster, bounds, files, &mut map.soils)?;
             map.cells = Some(cells);
@@ -222,7 +232,7 @@ mod tests {
     use crate::soil::{SoilKind, published};
 
     fn of(kind: SoilKind) -> SoilParams {
-        SoilParams { kind, ..SoilParams::default() }
+        SoilParams::of(kind)
     }
 
     fn files() -> (tempfile::TempDir, Files) {
@@ -263,7 +273,8 @@ mod tests {
         ];
         let bounds = [-15.0, -10.0, 15.0, 10.0];
         let map =
-            SoilMap::new(&of(SoilKind::Lunar), Some(&raster()), &patches, bounds, &files).unwrap();
+            SoilMap::new(Some(&of(SoilKind::Lunar)), Some(&raster()), &patches, bounds, &files)
+                .unwrap();
         for (x, y, kind) in [
             (-12.0, 5.0, SoilKind::DrySand),
             (0.0, 9.0, SoilKind::Snow),
@@ -290,8 +301,9 @@ mod tests {
         let area: f64 =
             outline.iter().zip(around).map(|(a, b)| 0.5 * (a[0] * b[1] - b[0] * a[1])).sum();
         let patch = SoilPatch { outline, soil: of(SoilKind::Snow) };
-        let map = SoilMap::new(&of(SoilKind::Lunar), None, &[patch], [0.0; 4], &Files::default())
-            .unwrap();
+        let map =
+            SoilMap::new(Some(&of(SoilKind::Lunar)), None, &[patch], [0.0; 4], &Files::default())
+                .unwrap();
         let n = 400;
         let inside = (0..n * n).filter(|k| {
             let (x, y) = ((f64::from(k % n) + 0.5) / 40.0, (f64::from(k / n) + 0.5) / 40.0);
@@ -306,7 +318,7 @@ mod tests {
         let (_folder, files) = files();
         let new = |raster: Option<SoilRaster>, patches: &[SoilPatch]| {
             SoilMap::new(
-                &of(SoilKind::Lunar),
+                Some(&of(SoilKind::Lunar)),
                 raster.as_ref(),
                 patches,
                 [0.0, 0.0, 1.0, 1.0],
@@ -317,7 +329,7 @@ mod tests {
         let line = SoilPatch { outline: vec![[0.0, 0.0], [1.0, 0.0]], soil: of(SoilKind::Snow) };
         let e = refused(new(None, &[line]));
         assert!(e.message.contains("2 corners") && e.param.as_deref() == Some("soils[0]"), "{e:?}");
-        let bad = SoilParams { k_phi: Some(-1.0), ..SoilParams::default() };
+        let bad = SoilParams { k_phi: Some(-1.0), ..SoilParams::of(SoilKind::Lunar) };
         let patch = SoilPatch { outline: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], soil: bad };
         let e = refused(new(None, &[patch]));
         assert!(e.message.contains("no soil has k_phi = -1"), "{e:?}");

@@ -39,9 +39,9 @@ pub struct HeightFieldParams {
     /// Moves the height at x = y = 0 (when there is data) to z = 0.
     #[param(default = true)]
     pub level: bool,
-    /// The soil everywhere.
-    #[param(default = SoilParams::default())]
-    pub soil: SoilParams,
+    /// The soil everywhere; what computes with the soil or its friction needs it.
+    #[param(default = None)]
+    pub soil: Option<SoilParams>,
     /// Polygons of other soils, each over those before it.
     #[param(default = vec![])]
     pub soils: Vec<SoilPatch>,
@@ -77,6 +77,9 @@ impl Terrain for GridTerrain {
     }
     fn soil(&self, x: f64, y: f64) -> &Soil {
         self.soils.at(x, y)
+    }
+    fn has_soil(&self) -> bool {
+        self.soils.known()
     }
     fn surface(&self) -> Surface {
         surface(&self.field)
@@ -139,7 +142,8 @@ impl Service for FileTerrain {
             _ => 0.0,
         };
         field.map(|_, _, h| (h - zero) * p.exaggeration);
-        let soils = SoilMap::new(&p.soil, p.soil_map.as_ref(), &p.soils, field.bounds(), files)?;
+        let soils =
+            SoilMap::new(p.soil.as_ref(), p.soil_map.as_ref(), &p.soils, field.bounds(), files)?;
         Ok(FileTerrain(GridTerrain { field, soils, rocks: vec![] }))
     }
 }
@@ -161,6 +165,9 @@ impl Terrain for FileTerrain {
     fn soil(&self, x: f64, y: f64) -> &Soil {
         self.0.soil(x, y)
     }
+    fn has_soil(&self) -> bool {
+        self.0.has_soil()
+    }
     fn surface(&self) -> Surface {
         self.0.surface()
     }
@@ -178,9 +185,9 @@ pub struct FlatParams {
     /// Side of the square map, centred on the origin.
     #[param(unit = "m", default = 1000.0, range = 1e-3..)]
     pub size: f64,
-    /// The soil everywhere.
-    #[param(default = SoilParams::default())]
-    pub soil: SoilParams,
+    /// The soil everywhere; what computes with the soil or its friction needs it.
+    #[param(default = None)]
+    pub soil: Option<SoilParams>,
     /// Polygons of other soils, each over those before it.
     #[param(default = vec![])]
     pub soils: Vec<SoilPatch>,
@@ -210,6 +217,9 @@ impl Terrain for Flat {
     fn soil(&self, x: f64, y: f64) -> &Soil {
         self.soils.at(x, y)
     }
+    fn has_soil(&self) -> bool {
+        self.soils.known()
+    }
     fn surface(&self) -> Surface {
         let h = self.half;
         let height = |x: f64, y: f64| (self.gradient[0] * x + self.gradient[1] * y) as f32;
@@ -233,7 +243,7 @@ impl Service for Flat {
         let normal = Vec3::new(-gradient[0], -gradient[1], 1.0).normalize();
         let half = 0.5 * p.size;
         let bounds = [-half, -half, half, half];
-        let soils = SoilMap::new(&p.soil, p.soil_map.as_ref(), &p.soils, bounds, files)?;
+        let soils = SoilMap::new(p.soil.as_ref(), p.soil_map.as_ref(), &p.soils, bounds, files)?;
         Ok(Flat { gradient, normal, half, soils })
     }
 }
@@ -248,7 +258,7 @@ mod tests {
             slope: 0.3,
             uphill: std::f64::consts::FRAC_PI_2,
             size: 100.0,
-            soil: SoilParams::default(),
+            soil: None,
             soils: vec![],
             soil_map: None,
         };
@@ -267,7 +277,7 @@ mod tests {
             exaggeration: 1.0,
             centred: true,
             level: true,
-            soil: SoilParams::default(),
+            soil: None,
             soils: vec![],
             soil_map: None,
         }

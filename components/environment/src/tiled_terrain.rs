@@ -26,9 +26,9 @@ pub struct TiledParams {
     /// Moves the height at x = y = 0 (when there is data) to z = 0.
     #[param(default = true)]
     pub level: bool,
-    /// The soil everywhere.
-    #[param(default = SoilParams::default())]
-    pub soil: SoilParams,
+    /// The soil everywhere; what computes with the soil or its friction needs it.
+    #[param(default = None)]
+    pub soil: Option<SoilParams>,
     /// Polygons of other soils, each over those before it.
     #[param(default = vec![])]
     pub soils: Vec<SoilPatch>,
@@ -80,7 +80,7 @@ impl Service for TiledTerrain {
         let region = p.region.map(|region| tiles.region(region, REGION_MAX)).transpose();
         let region = region.map_err(|e| told(&p.file, &e).at("region"))?;
         let bounds = tiles.grid().bounds();
-        let soils = SoilMap::new(&p.soil, p.soil_map.as_ref(), &p.soils, bounds, files)?;
+        let soils = SoilMap::new(p.soil.as_ref(), p.soil_map.as_ref(), &p.soils, bounds, files)?;
         Ok(TiledTerrain { tiles, overview, region, soils, file: p.file })
     }
 }
@@ -100,6 +100,9 @@ impl Terrain for TiledTerrain {
     }
     fn soil(&self, x: f64, y: f64) -> &Soil {
         self.soils.at(x, y)
+    }
+    fn has_soil(&self) -> bool {
+        self.soils.known()
     }
     fn surface(&self) -> Surface {
         self.overview.clone()

@@ -20,6 +20,7 @@
 //! Gravity parameters: the Earth with its air by the IERS Conventions (2010), Mars and the Moon by JPL.
 
 mod body;
+mod ephemerides;
 mod service;
 mod start;
 

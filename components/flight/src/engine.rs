@@ -13,6 +13,16 @@ use linkwork_runtime::prelude::*;
 /// Standard gravity, m/s², of which the specific impulse is made.
 const G0: f64 = 9.80665;
 
+/// The ambient pressure of a nozzle whose exit area is written has to be wired: vacuum would be assumed.
+pub(crate) fn needs_pressure(exit_area: f64) -> Vec<(&'static str, BuildError)> {
+    if exit_area == 0.0 {
+        return Vec::new();
+    }
+    let why = BuildError::new("`exit_area` is written")
+        .help("wire the pressure of the air, such as that of `environment.us76`, or leave `exit_area` out in vacuum");
+    vec![("pressure", why)]
+}
+
 /// Thrust (N) of a nozzle that gives `vacuum` (N) without ambient pressure, under `pressure` (Pa) on its exit of `area` (m²).
 ///
 /// The pressure takes p A_e as long as the jet fills the nozzle. A jet that is too weak for that separates from the wall, and the
@@ -139,6 +149,9 @@ impl Model for Engine {
     }
     fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Burning) -> ((), Burning) {
         ((), Burning { burns: which.rose(0) || (d.burns && !which.rose(1)) })
+    }
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        crate::engine::needs_pressure(self.p.exit_area)
     }
     fn direct(&self, _: &Clock, _: &(), d: &Burning, u: &EngineIn) -> EngineOut {
         let p = &self.p;

@@ -80,6 +80,7 @@ impl Model for Foot {
     type Ud = FootIn;
     type Yd = ScmOut;
     fn build(p: FootParams) -> Result<Self, BuildError> {
+        p.terrain.needs_soil()?;
         let form = match (p.outline, p.width) {
             (Outline::Round, None) => Form::Disc { radius: 0.5 * p.length },
             (Outline::Round, Some(_)) => {

@@ -31,12 +31,30 @@ pub struct WheelRigidParams {
     /// Tangential damping.
     #[param(unit = "N s/m", default = 1500.0, range = 0.0..)]
     pub tangential_damping: f64,
-    /// Coulomb coefficient; unwritten: the ground's own.
+    /// Coulomb coefficient; default: that of the terrain's soil.
     #[param(default = None, range = 0.0..)]
     pub friction: Option<f64>,
     /// The ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
+}
+
+impl WheelRigidParams {
+    /// Checks that the friction is known.
+    ///
+    /// # Errors
+    /// Neither the wheel nor the terrain has one.
+    pub(crate) fn ground(&self) -> Result<(), BuildError> {
+        if self.friction.is_some() {
+            return Ok(());
+        }
+        self.terrain.needs_soil().map_err(|e| {
+            let help = e.help.unwrap_or_default();
+            BuildError::new(format!("{}, and the wheel no `friction`", e.message))
+                .help(format!("write `friction`, or {help}"))
+                .at("friction")
+        })
+    }
 }
 
 /// What the contact sees.
@@ -170,6 +188,10 @@ impl WheelRigid {
 #[model("mobility.wheel_rigid")]
 impl Model for WheelRigid {
     type Params = WheelRigidParams;
+    fn build(p: WheelRigidParams) -> Result<Self, BuildError> {
+        p.ground()?;
+        Ok(WheelRigid { p })
+    }
     type Ud = WheelIn;
     type Yd = RigidOut;
     type X = BristleState;

@@ -159,6 +159,10 @@ impl WheelScm {
 #[model("mobility.wheel_scm")]
 impl Model for WheelScm {
     type Params = WheelScmParams;
+    fn build(p: WheelScmParams) -> Result<Self, BuildError> {
+        p.terrain.needs_soil()?;
+        Ok(WheelScm { p })
+    }
     type Ud = WheelIn;
     type Yd = ScmOut;
     type Store = View<Touched>;

@@ -204,6 +204,7 @@ impl Model for WheelSoilModel {
     type Yd = SoilOut;
     type X = SoilLanes;
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
+        p.terrain.needs_soil()?;
         // A soil that differs from place to place is looked at in the middle of the map.
         let [x0, y0, x1, y1] = p.terrain.bounds();
         let soil = *p.terrain.soil(0.5 * (x0 + x1), 0.5 * (y0 + y1));

@@ -14,8 +14,8 @@ pub struct DustParams {
     /// Share of the light that passes at the start.
     #[param(default = 1.0, range = 0.0..=1.0)]
     pub passes: f64,
-    /// Rate k at which that share falls, such as "0.28 %/sol".
-    #[param(unit = "1/s", default = 0.0028 / 88_775.244, range = 0.0..)]
+    /// Rate k at which that share falls, such as "0.28 %/sol" on Mars.
+    #[param(unit = "1/s", range = 0.0..)]
     pub settling: f64,
     /// Speed of the wind from which on it cleans.
     #[param(unit = "m/s", default = 20.0, range = 0.0..)]

@@ -47,13 +47,13 @@ pub struct ThermalNodeIn {
 /// What is around.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeAround {
-    /// Temperature of the sky, as a black body would show it.
-    #[port("K", default = 2.7)]
+    /// Temperature of the sky, as a black body would show it. With an `emissivity` it has to be wired.
+    #[port("K", default = 0.0)]
     pub sky: f64,
-    /// Temperature of the air.
-    #[port("K", default = 293.15)]
+    /// Temperature of the air. With a `convection` it has to be wired.
+    #[port("K", default = 0.0)]
     pub air: f64,
-    /// Light on the surface, such as `irradiance` of a solar panel.
+    /// Light on the surface, such as `irradiance` of a solar panel. With an `absorptivity` it has to be wired.
     #[port("W/m^2", default = 0.0)]
     pub light: f64,
 }
@@ -105,6 +105,37 @@ impl Model for ThermalNode {
     type Ym = ThermalNodeOut;
     type Yd = ThermalNodeFlows;
     type X = Warmth;
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        let p = &self.p;
+        let why = |param: &str, help: &str| {
+            BuildError::new(format!("`area` and `{param}` are written")).help(help)
+        };
+        let all = [
+            (
+                p.emissivity,
+                "sky",
+                why(
+                    "emissivity",
+                    "wire the temperature of the sky, such as `basics.constant` of 2.7 K in space",
+                ),
+            ),
+            (
+                p.convection,
+                "air",
+                why("convection", "wire the temperature of the air, or leave `convection` out"),
+            ),
+            (
+                p.absorptivity,
+                "light",
+                why(
+                    "absorptivity",
+                    "wire the light on the surface, such as `irradiance` of a solar panel, or leave `absorptivity` out",
+                ),
+            ),
+        ];
+        let needed = all.into_iter().filter(|(share, ..)| p.area > 0.0 && *share > 0.0);
+        needed.map(|(_, input, why)| (input, why)).collect()
+    }
     fn init_x(&self) -> Warmth {
         Warmth { temperature: self.p.temperature }
     }

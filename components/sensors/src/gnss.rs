@@ -9,8 +9,8 @@
 //! fix         (p, b) = argmin Σ (ρ − |s − p| − b)²,  (v, d) by the same matrix;  PDOP = √tr of the part of (HᵀH)⁻¹ for p
 //! ```
 //! From four satellites on whose geometry gives a PDOP of no more than `pdop_max`; else there is no fix and all are zero. Ranges are of one instant: time on the way, relativity and
-//! what the air does by elevation are not in them, neither are the satellites' clocks. The planet turns about z of its axes, which are inertial at t = 0; W is inertial with the
-//! planet at its origin, or a site of it: position and velocity are in W.
+//! what the air does by elevation are not in them, neither are the satellites' clocks. Where W is inertial, these axes are W's, turned by
+//! the shortest way so that z is the planet's pole at t = 0; where W is a site, they are the planet's as they stand at t = 0. Position and velocity are in W.
 
 use linkwork_runtime::SPEED_OF_LIGHT as LIGHT;
 use linkwork_runtime::prelude::*;
@@ -157,6 +157,8 @@ pub struct Gnss {
     /// Radius of the body, which is in the way, m.
     radius: f64,
     site: Option<Site>,
+    /// From the axes of the orbits to inertial axes.
+    pole: Quat,
 }
 
 impl Gnss {
@@ -172,9 +174,9 @@ impl Gnss {
         let rate = (self.mu / self.a.powi(3)).sqrt();
         let ahead = f64::from(p.phasing) * plane / f64::from(self.count());
         let (sin, cos) = (turn * (place / f64::from(p.per_plane) + ahead) + rate * t).sin_cos();
-        let orbit =
-            Quat::from_axis_angle(&Vec3::z_axis(), p.node + turn * plane / f64::from(p.planes))
-                * Quat::from_axis_angle(&Vec3::x_axis(), p.inclination);
+        let orbit = self.pole
+            * Quat::from_axis_angle(&Vec3::z_axis(), p.node + turn * plane / f64::from(p.planes))
+            * Quat::from_axis_angle(&Vec3::x_axis(), p.inclination);
         let a = self.a;
         Moving {
             p: orbit * Vec3::new(a * cos, a * sin, 0.0),
@@ -366,7 +368,14 @@ impl SizedModel for Gnss {
             return Err(BuildError::new(fact).help("write `mu` in `world`"));
         };
         let (site, radius) = (p.world.axes().site(), p.world.radius());
-        Ok(Gnss { p, mu, a, radius, site })
+        let up = match site {
+            Some(_) => Vec3::z(),
+            None => p.world.planet_axes(0.0) * Vec3::z(),
+        };
+        // A pole along −z has no shortest way: any half turn will do.
+        let half = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::PI);
+        let pole = Quat::rotation_between(&Vec3::z(), &up).unwrap_or(half);
+        Ok(Gnss { p, mu, a, radius, site, pole })
     }
 
     fn direct(&self, c: &Clock, _: &[f64], d: &[f64], u: &[f64], _: &(), y: &mut [f64]) {

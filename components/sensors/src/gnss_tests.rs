@@ -44,6 +44,19 @@ fn quiet(site: Option<Site>) -> GnssParams {
     }
 }
 
+/// The orbits stand on the pole of the body: every satellite of a plane has its distance from the equator within a sin i.
+#[test]
+fn orbits_are_inclined_to_the_equator_of_the_body() {
+    let tilt = Quat::from_axis_angle(&Vec3::x_axis(), 0.6);
+    let world = PlainWorld { start: tilt, ..PlainWorld::inertial(4.28e13, 3_396_190.0, 7.088e-5) };
+    let m = receiver(GnssParams { world: world.handle(), ..quiet(None) });
+    let pole = tilt * Vec3::z();
+    let most = (0..200)
+        .map(|k| m.satellite(0, f64::from(k) * 2e3).p.dot(&pole) / m.a)
+        .fold(0.0, |a: f64, b| a.max(b.abs()));
+    assert!((most - 55f64.to_radians().sin()).abs() < 1e-3, "{most}");
+}
+
 fn receiver(p: GnssParams) -> Gnss {
     Gnss::build(p).map_err(|e| e.message).unwrap()
 }

@@ -7,6 +7,8 @@
 //! b  + B √(ln 10/π) Σ x_k,  x_k' = e^(−Δt/T_k) x_k + √(1 − e^(−2Δt/T_k)) w,  T_k = 1, 10 … 10⁴ s:
 //!                    instability B, noise 1/f within 2 % from 3 to 3000 s (Allan deviation √(2 ln 2/π) B, flat)
 //! ```
+//! y_k = y_(k−1) + (1 − e^(−2π B Δt)) (m_k − y_(k−1)),  y_0 = m_0      with a `bandwidth` B: a digital low-pass of first order
+//! reading = clamp(y, ±range), to the next multiple of the resolution
 //! At rest the accelerometer reads +g upwards. Turn-on bias and scale error of each axis are drawn from their spreads by the run's seed, and are in
 //! the first sample as in all others.
 
@@ -112,6 +114,21 @@ pub struct ImuParams {
     /// Instability of the accelerometers' bias.
     #[param(unit = "m/s^2", default = None, range = 0.0..)]
     pub accel_instability: Option<f64>,
+    /// Greatest turn rate that an axis shows; default: no limit.
+    #[param(unit = "rad/s", range = 1e-9..)]
+    pub gyro_range: Option<f64>,
+    /// Greatest specific force that an axis shows; default: no limit.
+    #[param(unit = "m/s^2", range = 1e-9..)]
+    pub accel_range: Option<f64>,
+    /// Step of the turn rates, or of the angles of `imu_increments`; 0: none.
+    #[param(default = 0.0, range = 0.0..)]
+    pub gyro_resolution: f64,
+    /// Step of the specific forces (m/s²), or of the velocities of `imu_increments` (m/s); 0: none.
+    #[param(default = 0.0, range = 0.0..)]
+    pub accel_resolution: f64,
+    /// Frequency at which the low-pass of the samples has lost 3 dB; default: no filter.
+    #[param(unit = "1/s", range = 1e-9..)]
+    pub bandwidth: Option<f64>,
     /// Misalignment of both triads as a small rotation in the sensor's frame.
     #[param(unit = "rad", default = Vec3::zeros())]
     pub misalignment: Vec3,
@@ -143,9 +160,12 @@ pub struct ImuOut {
     /// Specific force.
     #[port("m/s^2")]
     pub force: Vec3,
+    /// An axis is beyond its range.
+    #[port]
+    pub saturated: bool,
 }
 
-/// Biases.
+/// Biases and filters.
 #[derive(State, Clone, Copy, Debug)]
 pub struct ImuState {
     /// Walk of the gyroscopes' bias.
@@ -166,6 +186,12 @@ pub struct ImuState {
     /// These have been drawn.
     #[port("1")]
     pub drawn: bool,
+    /// Turn rate behind the low-pass.
+    #[port("rad/s")]
+    pub smooth_rate: Vec3,
+    /// Specific force behind the low-pass.
+    #[port("m/s^2")]
+    pub smooth_force: Vec3,
 }
 
 /// Time constants T_k of the parts of an instability: a decade from one to the next, s.
@@ -259,6 +285,31 @@ impl Triads {
         (of(&self.gyro, 0), of(&self.accel, 3))
     }
 
+    /// Turn rate (rad/s) and specific force (m/s²) of a sample behind the low-pass, before range and resolution.
+    fn smooth(&self, c: &Clock, d: &ImuState, u: &ImuIn) -> (Vec3, Vec3) {
+        let now = self.drawn(c, d);
+        let ((rate, force), (a, b)) = (self.felt(c.t, &now, u), self.noise(c));
+        let (rate, force) = (rate + a, force + b);
+        // The first sample has no past.
+        let Some(B) = self.p.bandwidth.filter(|_| d.drawn) else { return (rate, force) };
+        let share = -f64::exp_m1(-std::f64::consts::TAU * B * c.dt.max(0.0));
+        let through = |before: Vec3, x: Vec3| before + (x - before) * share;
+        (through(d.smooth_rate, rate), through(d.smooth_force, force))
+    }
+
+    /// Within the ranges; whether both were.
+    pub(crate) fn limited(&self, rate: Vec3, force: Vec3) -> (Vec3, Vec3, bool) {
+        let cut = |v: Vec3, most: Option<f64>| most.map_or(v, |m| v.map(|x| x.clamp(-m, m)));
+        let (a, b) = (cut(rate, self.p.gyro_range), cut(force, self.p.accel_range));
+        (a, b, a != rate || b != force)
+    }
+
+    /// To the next multiples of the resolutions.
+    pub(crate) fn stepped(&self, rate: Vec3, force: Vec3) -> (Vec3, Vec3) {
+        let step = |v: Vec3, q: f64| if q > 0.0 { v.map(|x| (x / q).round() * q) } else { v };
+        (step(rate, self.p.gyro_resolution), step(force, self.p.accel_resolution))
+    }
+
     /// The biases a sample later.
     pub(crate) fn later(&self, c: &Clock, d: &ImuState) -> ImuState {
         let step = c.dt.max(0.0).sqrt();
@@ -297,12 +348,17 @@ impl Model for Imu {
         Ok(Imu { triads: Triads::new(p) })
     }
     fn direct(&self, c: &Clock, _: &(), d: &ImuState, u: &ImuIn) -> ImuOut {
-        let d = self.triads.drawn(c, d);
-        let ((rate, force), (a, b)) = (self.triads.felt(c.t, &d, u), self.triads.noise(c));
-        ImuOut { rate: rate + a, force: force + b }
+        let (rate, force) = self.triads.smooth(c, d, u);
+        let (rate, force, saturated) = self.triads.limited(rate, force);
+        let (rate, force) = self.triads.stepped(rate, force);
+        ImuOut { rate, force, saturated }
     }
-    fn update(&self, c: &Clock, _: &(), d: &ImuState, _: &()) -> ImuState {
-        self.triads.later(c, d)
+    fn update(&self, c: &Clock, _: &(), d: &ImuState, _: &(), u: &ImuIn) -> ImuState {
+        let (smooth_rate, smooth_force) = match self.triads.p.bandwidth {
+            Some(_) => self.triads.smooth(c, d, u),
+            None => (Vec3::zeros(), Vec3::zeros()),
+        };
+        ImuState { smooth_rate, smooth_force, ..self.triads.later(c, d) }
     }
 }
 
@@ -327,6 +383,11 @@ pub(crate) mod tests {
             accel_white: white,
             accel_walk: walk,
             accel_instability: Some(0.0),
+            gyro_range: None,
+            accel_range: None,
+            gyro_resolution: 0.0,
+            accel_resolution: 0.0,
+            bandwidth: None,
             misalignment: Vec3::zeros(),
             gravity: Handle::new("gravity", Arc::new(Mars) as Arc<dyn Gravity>),
             world: None,
@@ -447,6 +508,45 @@ pub(crate) mod tests {
         let y = series(&i, 10, 0.01);
         let one = 1f64.to_radians() / 3600.0;
         assert!(y[0] != 0.0 && y[0].abs() < 5.0 * one && y[0] == y[5] && y[5] == y[9], "{y:?}");
+    }
+
+    /// A sine passes with 1/√2 of its amplitude at the bandwidth; white noise of the density N on both sides of zero has the deviation N √(π B) behind it.
+    #[test]
+    fn a_bandwidth_takes_what_is_fast() {
+        let (dt, B, white) = (1e-4, 20.0, 1e-3);
+        let mut m = imu(Grade::Ideal, Some(0.0), Some(0.0));
+        m.triads.p.bandwidth = Some(B);
+        let mut d = ImuState::zero();
+        let mut most = 0f64;
+        for k in 0..20_000_u64 {
+            let c = Clock::at(k as f64 * dt, dt, k);
+            let mut u = at_rest();
+            u.mount.angular.x = (std::f64::consts::TAU * B * c.t).sin();
+            let y = m.direct(&c, &(), &d, &u, &());
+            d = m.update(&c, &(), &d, &(), &u, &mut ());
+            most = if k > 10_000 { most.max(y.rate.x) } else { most };
+        }
+        assert!((most / 0.5f64.sqrt() - 1.0).abs() < 0.01, "{most}");
+        m.triads.gyro.white = white;
+        let y = series(&m, 400_000, dt);
+        let spread = (y.iter().map(|x| x * x).sum::<f64>() / y.len() as f64).sqrt();
+        let want = white * (std::f64::consts::PI * B).sqrt();
+        assert!((spread / want - 1.0).abs() < 0.03, "{spread} {want}");
+    }
+
+    #[test]
+    fn readings_stay_in_the_range_and_have_steps() {
+        let mut m = imu(Grade::Ideal, Some(0.0), Some(0.0));
+        let mut u = at_rest();
+        u.mount.angular = Vec3::new(0.26, -7.0, 0.0);
+        let read = |m: &Imu| m.direct(&Clock::at(0.0, 0.01, 0), &(), &ImuState::zero(), &u, &());
+        assert!(!read(&m).saturated);
+        (m.triads.p.gyro_range, m.triads.p.gyro_resolution) = (Some(5.0), 0.1);
+        let y = read(&m);
+        assert!((y.rate - Vec3::new(0.3, -5.0, 0.0)).norm() < 1e-12 && y.saturated, "{}", y.rate);
+        (m.triads.p.gyro_range, m.triads.p.accel_range) = (None, Some(3.0));
+        let y = read(&m);
+        assert!(y.force == Vec3::new(0.0, 0.0, 3.0) && y.saturated, "{}", y.force);
     }
 
     /// Over many seeds the scale errors of the axes have their spread about zero, and are independent.

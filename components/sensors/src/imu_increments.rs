@@ -37,22 +37,22 @@ pub struct Integrals {
     pub velocity: Vec3,
 }
 
-/// Errors, and the integrals at the last sample.
+/// Errors, and what was told up to the last sample.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Sampled {
     /// Biases.
     #[port(group)]
     pub errors: ImuState,
-    /// Integral of the turn rate at the last sample.
+    /// Angles that were told up to the last sample.
     #[port("rad")]
     pub angle_before: Vec3,
-    /// Integral of the specific force at the last sample.
+    /// Velocities that were told up to the last sample.
     #[port("m/s")]
     pub velocity_before: Vec3,
-    /// Noise of this sample's angles.
+    /// Sum of the noise of the angles, this sample's included.
     #[port("rad")]
     pub angle_noise: Vec3,
-    /// Noise of this sample's velocities.
+    /// Sum of the noise of the velocities, this sample's included.
     #[port("m/s")]
     pub velocity_noise: Vec3,
 }
@@ -60,6 +60,13 @@ pub struct Sampled {
 /// An inertial unit that integrates.
 pub struct ImuIncrements {
     triads: Triads,
+}
+
+impl ImuIncrements {
+    /// The integrals with their noise, in steps: what is less than a step is in a later increment.
+    fn counts(&self, x: &Integrals, d: &Sampled) -> (Vec3, Vec3) {
+        self.triads.stepped(x.angle + d.angle_noise, x.velocity + d.velocity_noise)
+    }
 }
 
 /// Gyroscopes and accelerometers that give increments of angle and velocity from sample to sample.
@@ -71,27 +78,32 @@ impl Model for ImuIncrements {
     type X = Integrals;
     type D = Sampled;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
+        if p.bandwidth.is_some() {
+            let fact = "a unit that integrates has no low-pass of its samples";
+            let help = "leave `bandwidth` out, or use `sensors.imu`";
+            return Err(BuildError::new(fact).help(help).at("bandwidth"));
+        }
         Ok(ImuIncrements { triads: Triads::new(p) })
     }
     fn moore(&self, _: &Clock, x: &Integrals, d: &Sampled) -> IncrementsOut {
-        IncrementsOut {
-            angle: x.angle - d.angle_before + d.angle_noise,
-            velocity: x.velocity - d.velocity_before + d.velocity_noise,
-        }
+        let (angle, velocity) = self.counts(x, d);
+        IncrementsOut { angle: angle - d.angle_before, velocity: velocity - d.velocity_before }
     }
     fn deriv(&self, c: &Clock, _: &Integrals, d: &Sampled, _: &(), u: &ImuIn) -> Integrals {
         // Before the first sample, where the errors are drawn, nothing counts.
         let (angle, velocity) = self.triads.felt(c.t, &d.errors, u);
+        let (angle, velocity, _) = self.triads.limited(angle, velocity);
         Integrals { angle, velocity }
     }
     fn update(&self, c: &Clock, x: &Integrals, d: &Sampled, _: &(), _: &ImuIn) -> Sampled {
         let (rate, force) = self.triads.noise(c);
+        let (angle_before, velocity_before) = self.counts(x, d);
         Sampled {
             errors: self.triads.later(c, &d.errors),
-            angle_before: x.angle,
-            velocity_before: x.velocity,
-            angle_noise: rate * c.dt,
-            velocity_noise: force * c.dt,
+            angle_before,
+            velocity_before,
+            angle_noise: d.angle_noise + rate * c.dt,
+            velocity_noise: d.velocity_noise + force * c.dt,
         }
     }
 }
@@ -120,6 +132,11 @@ mod tests {
             accel_white: Some(10.0 * white),
             accel_walk: None,
             accel_instability: None,
+            gyro_range: None,
+            accel_range: None,
+            gyro_resolution: 0.0,
+            accel_resolution: 0.0,
+            bandwidth: None,
             misalignment: Vec3::zeros(),
             gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
             world: None,

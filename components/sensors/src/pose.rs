@@ -1,6 +1,7 @@
 //! `sensors.pose`: position, heading and tilt of a node, true or with noise; a stand-in for localisation.
 //! ```text
 //! heading = atan2(x_y, x_x) of the node's x axis      tilt: angle of its z axis to the vertical
+//! roll, pitch: R = R_z(heading) R_y(pitch) R_x(roll), as an inclinometer at rest reads them
 //! ```
 
 use linkwork_runtime::prelude::*;
@@ -42,6 +43,12 @@ pub struct PoseOut {
     /// Angle of the deck to the horizontal.
     #[port("rad")]
     pub tilt: f64,
+    /// Turn about x; with y up positive.
+    #[port("rad")]
+    pub roll: f64,
+    /// Turn about y; with x down positive.
+    #[port("rad")]
+    pub pitch: f64,
     /// Speed along the node's x axis.
     #[port("m/s")]
     pub speed: f64,
@@ -69,6 +76,8 @@ impl Model for PoseSensor {
             z: u.mount.position.z + noise(2, s),
             heading: forward.y.atan2(forward.x) + noise(3, self.p.heading_sigma),
             tilt: up.z.clamp(-1.0, 1.0).acos(),
+            roll: (u.mount.rotation * Vec3::y()).z.atan2(up.z),
+            pitch: (-forward.z).clamp(-1.0, 1.0).asin(),
             speed: forward.dot(&u.mount.velocity),
         }
     }

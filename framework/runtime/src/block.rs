@@ -248,6 +248,10 @@ pub trait Prototype: Any + Send + Sync {
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
+    /// Inputs that have to be wired although they have a default, each with the reason.
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        Vec::new()
+    }
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
     /// Names of its states and outputs, where they are not `<path>.<port>`.
@@ -359,6 +363,9 @@ impl<M: Model> Prototype for Built<M> {
     }
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
         self.model.must_be_read()
+    }
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        self.model.must_be_wired()
     }
     fn block(&self, w: Wiring) -> Box<dyn Block> {
         let store = self.model.init_store();

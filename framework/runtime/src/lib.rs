@@ -84,7 +84,7 @@ pub use slopes::{Operation, Slopes};
 pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };
-pub use start::{Anomaly, BodyStart, Start, StartFrame};
+pub use start::{Anomaly, BodyStart, Start, StartFrame, TwoLineSource};
 pub use step::{
     GuardState, MoveReport, Notice, Observer, Profile, RunError, Simulation, Spent, State, Stop,
     Stretch, VariableError,

@@ -143,6 +143,10 @@ pub trait Model: Sized + Send + Sync + 'static {
     fn must_be_read(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
+    /// Inputs with a default that with these parameters have to be wired all the same, each with the reason: the default would decide a result.
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        Vec::new()
+    }
     /// Continuous state at the start.
     fn init_x(&self) -> Self::X {
         Self::X::zero()

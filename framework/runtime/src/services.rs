@@ -58,6 +58,24 @@ pub struct Soil {
     pub friction: f64,
 }
 
+impl Soil {
+    /// That of ground whose soil nobody has written: NaN in every field, so that it can give no number.
+    pub const UNKNOWN: Soil = Soil {
+        n: f64::NAN,
+        n1: f64::NAN,
+        k_c: f64::NAN,
+        k_phi: f64::NAN,
+        cohesion: f64::NAN,
+        friction_angle: f64::NAN,
+        shear_modulus: f64::NAN,
+        a0: f64::NAN,
+        a1: f64::NAN,
+        lambda: f64::NAN,
+        density: f64::NAN,
+        friction: f64::NAN,
+    };
+}
+
 /// A grid of heights, for display and for planners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
@@ -117,8 +135,24 @@ pub trait Terrain: Send + Sync {
     }
     /// x_min, y_min, x_max, y_max (m).
     fn bounds(&self) -> [f64; 4];
-    /// The soil at a point.
+    /// The soil at a point; [`Soil::UNKNOWN`] where none is written.
     fn soil(&self, x: f64, y: f64) -> &Soil;
+    /// Whether the soil is known everywhere.
+    fn has_soil(&self) -> bool {
+        true
+    }
+    /// For a part that computes with the soil, or, without a friction of its own, with the soil's.
+    ///
+    /// # Errors
+    /// No soil is written.
+    fn needs_soil(&self) -> Result<(), crate::BuildError> {
+        if self.has_soil() {
+            return Ok(());
+        }
+        let fact = "the terrain has no soil";
+        let help = "write `soil: (kind: DrySand)`, or another kind, at the terrain (`linkwork describe environment.flat` lists them)";
+        Err(crate::BuildError::new(fact).help(help))
+    }
     /// Heights for display; of a large map every so many nodes.
     fn surface(&self) -> Surface;
     /// All heights, for what computes with them: collision, cameras, lidar.

@@ -9,6 +9,8 @@ pub enum StartFrame {
     Inertial,
     /// Those of the ICRF (GCRS at the Earth), which these are with `turns: iau`.
     Icrf,
+    /// Mean equator and equinox of J2000 (EME2000): a constant rotation of 23 mas from the ICRF.
+    Eme2000,
     /// Axes that turn with the body, as they stand at t = 0; velocities are relative to them.
     Fixed,
     /// Those of the Earth with `turns: iau`.
@@ -27,7 +29,7 @@ pub enum Anomaly {
 }
 
 /// Position and velocity at the start, which the world turns into those of W.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Start {
     /// Osculating elements about the body of the world in inertial axes.
     Elements {
@@ -64,6 +66,29 @@ pub enum Start {
         /// Velocity over the ground (m/s): east, north, up.
         velocity: Vec3,
     },
+    /// Where SGP4 has an Earth satellite at the epoch of the world.
+    TwoLine {
+        /// The lines themselves, or the file that has them.
+        from: TwoLineSource,
+        /// Name or number of one of several satellites.
+        satellite: Option<String>,
+    },
+    /// Where an orbit ephemeris message (CCSDS OEM) has a spacecraft at the epoch of the world.
+    Ephemeris {
+        /// The file.
+        file: String,
+        /// `OBJECT_NAME` of one of several spacecraft.
+        object: Option<String>,
+    },
+}
+
+/// Where two-line elements are written.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TwoLineSource {
+    /// A file.
+    File(String),
+    /// The lines.
+    Lines(Vec<String>),
 }
 
 /// A body that starts so.

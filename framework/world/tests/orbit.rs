@@ -5,6 +5,7 @@ use linkwork_world::atmosphere::Exponential;
 use linkwork_world::eclipse::{cannonball, visible_fraction};
 use linkwork_world::ephemeris::{moon, sun};
 use linkwork_world::gravity::{Format, Harmonics, Keep, read, third_body};
+use linkwork_world::orbit::TwoLine;
 use linkwork_world::planet::rotation::{Earth, EarthParameters, FixedRate};
 use linkwork_world::planet::{Epoch, Rotation};
 use linkwork_world::spatial::{Mat3, Vec3};
@@ -177,4 +178,30 @@ fn with_the_real_earth_sun_and_moon() {
     near3(&bodies(0.0).1, &vec3(&variant["moon_at_t0"]), 1e-6, "Moon of TT");
     let c = case(&inputs, &field, Rotation::Earth(Box::new(earth)), Box::new(bodies));
     check(&c, variant, [1e-13, 1e-13, 1e-13, 1e-13, 1e-13]);
+}
+
+/// Test satellite 5 of Vallado, Crawford, Hujsak and Kelso, *Revisiting Spacetrack Report #3* (AIAA 2006-6753), 0 and 360 min after its epoch.
+#[test]
+fn two_line_elements_move_as_the_published_table_says() {
+    let text = "1 00005U 58002B   00179.78495062  .00000023  00000-0  28098-4 0  4753\n2 00005  34.2682 348.7242 1859667 331.7664  19.3264 10.82419157413667\n";
+    let all = TwoLine::read("vanguard.tle", text).unwrap();
+    let [satellite] = all.as_slice() else { panic!("{}", all.len()) };
+    assert_eq!((satellite.number, satellite.called().as_str()), (5, "satellite 5"));
+    for (minutes, r, v) in [
+        (
+            0.0,
+            [7022.465_292_66, -1400.082_967_55, 0.039_951_55],
+            [1.893_841_015, 6.405_893_759, 4.534_807_250],
+        ),
+        (
+            360.0,
+            [-7154.031_202_02, -3783.176_825_04, -3536.194_122_94],
+            [4.741_887_409, -4.151_817_765, -2.093_935_425],
+        ),
+    ] {
+        let state = satellite.state(&satellite.epoch.plus(minutes * 60.0)).unwrap();
+        // Microseconds of the printed epoch are 5 mm of the path.
+        assert!((state.position / 1e3 - Vec3::from(r)).norm() < 1e-5, "{}", state.position);
+        assert!((state.velocity / 1e3 - Vec3::from(v)).norm() < 1e-8, "{}", state.velocity);
+    }
 }

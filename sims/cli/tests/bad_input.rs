@@ -462,7 +462,7 @@ const CART: &str = r#"Simulation(
     },
     parts: {
         "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -3.72076] }),
-        "Ground": (model: "environment.height_field", params: { "file": "dem.tif" }),
+        "Ground": (model: "environment.height_field", params: { "file": "dem.tif", "soil": { "kind": "lunar" } }),
     },
     until: "0.1 s",
     place: (body: "cart", at: [0, 0], wheels: ["left", "right"], radius: "0.25 m"),
@@ -612,7 +612,7 @@ fn a_machine_that_leaves_its_map_says_so_once() {
     ) }},
     parts: {{
         "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
-        "Ground": (model: "environment.flat", params: {{ "size": "6 m" }}),
+        "Ground": (model: "environment.flat", params: {{ "size": "6 m", "soil": {{ "kind": "lunar" }} }}),
     }},
     contact: (friction: 0.1),
     step: "2 ms", until: "{until} s",

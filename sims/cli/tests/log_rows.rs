@@ -11,7 +11,7 @@ type Rows = BTreeMap<String, Series>;
 fn ball(log: &str) -> String {
     format!(
         r#"Simulation(
-    parts: {{ "Ball": (model: "basics.bouncing_ball", params: {{ "height": "1 m", "restitution": 0.8 }}) }},
+    parts: {{ "Ball": (model: "basics.bouncing_ball", params: {{ "height": "1 m", "restitution": 0.8, "gravity": 9.80665 }}) }},
     step: "1 ms", integrator: "dormand_prince_54", until: "2 s",
     log: {log},
 )"#

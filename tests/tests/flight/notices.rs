@@ -128,7 +128,7 @@ fn a_foot_beside_the_map_is_told() {
     ) }},
     parts: {{
         "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -1.6] }}),
-        "Ground": (model: "environment.flat", params: {{ "size": 100 }}),
+        "Ground": (model: "environment.flat", params: {{ "size": 100, "soil": {{ "kind": "lunar" }} }}),
         "One": (model: "flight.crushable_leg", params: {{ "stages": [(stroke: 0.3, force: 400)], "stiffness": 1e5, "damping": 500 }}, bind: {{ "foot": "node:lander/one" }}),
         "Two": (model: "flight.crushable_leg", params: {{ "stages": [(stroke: 0.3, force: 400)], "stiffness": 1e5, "damping": 500 }}, bind: {{ "foot": "node:lander/two" }}),
         "Three": (model: "flight.crushable_leg", params: {{ "stages": [(stroke: 0.3, force: 400)], "stiffness": 1e5, "damping": 500 }}, bind: {{ "foot": "node:lander/three" }}),

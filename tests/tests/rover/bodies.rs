@@ -173,7 +173,7 @@ fn led(length: f64, wheel: &str, part: &str) -> Vec<[f64; 2]> {
     }},
     parts: {{
         "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -3.72] }}),
-        "Terrain": (model: "environment.generated_terrain", params: {{ "seed": 5, "size": [14, 6], "spacing": 0.05, "relief": 0.1, "rock_cover": 0.06, "rock_diameters": [0.1, 0.35] }}),
+        "Terrain": (model: "environment.generated_terrain", params: {{ "seed": 5, "size": [14, 6], "spacing": 0.05, "relief": 0.1, "rock_cover": 0.06, "rock_diameters": [0.1, 0.35], "soil": {{ "kind": "lunar" }} }}),
         "Way": (model: "basics.slider_trajectory", params: {{ "profile": [["0 s", "0.2 m/s"], ["100 s", "0.2 m/s"]], "gives": rate, "between": straight }}, bind: {{ "hinge": "hinge:carriage" }}),
         {part}
     }},

@@ -16,7 +16,7 @@ fn dropped_with(contact: &str, more: &str, fields: &str) -> Result<Simulation, S
                 shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
             parts: {{
                 "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
-                "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m" }}), {more}
+                "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m", "soil": {{ "kind": "lunar" }} }}), {more}
             }},
             contact: ({contact}), step: "1 ms", until: "10 s"{fields})"#
     );
@@ -62,7 +62,7 @@ fn contact_says_which_terrain_is_met() {
     let mut sim = dropped("terrain: \"none\"", "").unwrap();
     until(&mut sim, 2.0);
     assert!(height(&sim) < -10.0);
-    let second = r#""Other": (model: "environment.flat", params: { "slope": "20 deg" }),"#;
+    let second = r#""Other": (model: "environment.flat", params: { "slope": "20 deg", "soil": { "kind": "lunar" } }),"#;
     let told = dropped("", second).err().unwrap();
     for part in ["`contact`", "terrain service", "Ground, Other", "none"] {
         assert!(told.contains(part), "{part}: {told}");
@@ -87,7 +87,7 @@ fn what_a_hinge_joins_to_the_world_meets_the_ground() {
                     shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
                 parts: {{
                     "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
-                    "Ground": (model: "environment.flat"),
+                    "Ground": (model: "environment.flat", params: {{ "soil": {{ "kind": "lunar" }} }}),
                 }},
                 contact: ({contact}), step: "1 ms", until: "10 s")"#
         );
@@ -164,7 +164,7 @@ fn a_crate_holds_or_slides_by_the_friction_of_the_soil_under_it() {
                 shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
             parts: {{
                 "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
-                "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m", "soil": {{ "friction": {soil} }} }}),
+                "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "size": "20 m", "soil": {{ "kind": "lunar", "friction": {soil} }} }}),
             }},
             contact: ({contact}), step: "1 ms", until: "10 s")"#
             );
@@ -195,7 +195,7 @@ fn two_materials_do_to_each_other_what_their_pair_says() {
             bodies: {{ {} }},
             parts: {{
                 "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
-                "Ground": (model: "environment.flat", params: {{ "slope": "20 deg", "size": "40 m", "soil": {{ "friction": 0.5 }} }}),
+                "Ground": (model: "environment.flat", params: {{ "slope": "20 deg", "size": "40 m", "soil": {{ "kind": "lunar", "friction": 0.5 }} }}),
             }},
             contact: (friction: 0.5, pairs: [(a: "ice", b: "terrain", friction: 0.02)], {contact}), step: "1 ms", until: "10 s")"#,
             crates.concat()

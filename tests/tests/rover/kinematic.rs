@@ -205,7 +205,7 @@ fn a_part_that_reads_what_nothing_touches_is_refused() {
         bodies: { "hub": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1)) },
         parts: {
             "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] }),
-            "Ground": (model: "environment.flat"),
+            "Ground": (model: "environment.flat", params: { "soil": { "kind": "lunar" } }),
             "Wheel": (model: "mobility.wheel_rolling", params: { "radius": 0.1, "width": 0.1 }, bind: { "hub": "node:hub" }),
         },
         until: "1 s")"#;

@@ -75,7 +75,7 @@ fn cart(model: &str, params: &str) -> String {
             bodies: {{ "cart": (parent: "world", hinge: Free, mass: 60, inertia: Box([2, 1, 0.5])), {bodies} }},
             parts: {{
                 "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -3.72] }}),
-                "Ground": (model: "{model}", params: {{ {params} }}),
+                "Ground": (model: "{model}", params: {{ "soil": {{ "kind": "lunar" }}, {params} }}),
                 {contacts}
             }},
             step: "1 ms", integrator: "semi_implicit_euler", until: "12 s",
@@ -182,7 +182,7 @@ fn bodies_meet_a_region_and_are_refused_without_one() {
                     shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
                 parts: {{
                     "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
-                    "Ground": (model: "{model}", params: {{ {params} }}),
+                    "Ground": (model: "{model}", params: {{ "soil": {{ "kind": "lunar" }}, {params} }}),
                 }},
                 contact: (), step: "1 ms", until: "10 s")"#
         )

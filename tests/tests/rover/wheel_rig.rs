@@ -15,7 +15,7 @@ fn the_rig_measures_the_curves_of_the_stress_integrals() {
             common::repository("wheel_rig/sim.ron", &set).unwrap_or_else(|e| panic!("{e}"));
         let wheel = WheelSoil {
             rim: Rim { radius: 0.25, width: 0.4 },
-            soil: SoilParams { kind, ..Default::default() }.soil().unwrap(),
+            soil: SoilParams::of(kind).soil().unwrap(),
             shear: Shear::Isotropic,
             sinkage: Sinkage::Bekker,
             gravity: 3.72076,

@@ -10,7 +10,7 @@ use linkwork_spatial::Vec3;
 fn wheel(kind: SoilKind) -> WheelSoil {
     WheelSoil {
         rim: Rim { radius: 0.25, width: 0.4 },
-        soil: SoilParams { kind, ..Default::default() }.soil().unwrap(),
+        soil: SoilParams::of(kind).soil().unwrap(),
         shear: Shear::Isotropic,
         sinkage: Sinkage::Bekker,
         gravity: 3.72,

@@ -74,7 +74,7 @@ fn a_ball_that_starts_on_the_floor_lies_there() {
         for (method, step) in [("rk4", "10 ms"), ("dormand_prince_54", "1 s")] {
             let y = figures(&format!(
                 r#"Simulation(
-                    parts: {{ "Ball": (model: "basics.bouncing_ball", params: {{ {params} }}) }},
+                    parts: {{ "Ball": (model: "basics.bouncing_ball", params: {{ "gravity": 9.80665, {params} }}) }},
                     step: "{step}", integrator: "{method}", until: "3 s",
                     figures: {{ "height": (of: "Ball.height", take: "last") }},
                 )"#

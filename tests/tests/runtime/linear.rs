@@ -129,7 +129,7 @@ fn of_contact() {
                     shapes: [(shape: Box([1, 0.8, 0.4]), collide: true, name: "hull")]) }},
                 parts: {{
                     "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
-                    "Ground": (model: "environment.flat", params: {{ "slope": "5 deg" }}),
+                    "Ground": (model: "environment.flat", params: {{ "slope": "5 deg", "soil": {{ "kind": "lunar" }} }}),
                 }},
                 contact: ({contact}), step: "1 ms", until: "10 s")"#
         )

@@ -77,7 +77,7 @@ fn wheel(axis: &str, height: f64, node: &str) -> String {
             }},
             parts: {{
                 "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
-                "Ground": (model: "environment.flat", params: {{ "size": "10 m" }}),
+                "Ground": (model: "environment.flat", params: {{ "size": "10 m", "soil": {{ "kind": "lunar" }} }}),
                 "Contact": (model: "mobility.wheel_rigid", params: {{ "radius": 0.2, "width": 0.1 }}, bind: {{ "hub": "node:{node}" }}),
             }},
             step: "1 ms", until: "1 s",

@@ -22,6 +22,8 @@ pub struct Inner {
     mu: Option<f64>,
     /// Where the others are, with an epoch.
     heavens: Option<Heavens>,
+    /// Where the files that starts name are looked for.
+    pub(super) files: Files,
     /// Those that cast shadows, with their radii (m): made where a Sun asks for them.
     shadows: OnceLock<Vec<(Course, f64)>>,
 }
@@ -245,7 +247,14 @@ impl Service for PlanetWorld {
         let mu = p.mu.or_else(|| p.body.mu());
         let written = p.shadows.as_ref().is_some_and(|s| !s.is_empty());
         let shadows = OnceLock::new();
-        let world = PlanetWorld(Arc::new(Inner { params: p, planet, mu, heavens, shadows }));
+        let world = PlanetWorld(Arc::new(Inner {
+            params: p,
+            planet,
+            mu,
+            heavens,
+            files: files.clone(),
+            shadows,
+        }));
         // Written bodies are checked here. The default matters only where a Sun exists.
         if written {
             world.needs_light()?;

@@ -10,32 +10,50 @@ use crate::world::Centre;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Anomaly, Start, StartFrame};
 use linkwork_world::orbit::{Elements, propagate};
-use linkwork_world::planet::rotation::teme_to_gcrs;
+use linkwork_world::planet::rotation::{eme2000_to_gcrs, teme_to_gcrs};
 use linkwork_world::planet::{Geodetic, PointMotion};
 
 impl Inner {
     /// Position (m) and velocity (m/s) in W at t = 0.
     pub(super) fn started(&self, start: &Start) -> Result<(Vec3, Vec3), BuildError> {
-        match *start {
+        match start {
             Start::Elements { .. } => {
                 let state = self.on_orbit(start)?;
                 self.of_inertial(state.position, state.velocity)
             }
             Start::State { frame, position, velocity } => {
-                self.named(frame)?;
-                match frame {
-                    StartFrame::Inertial | StartFrame::Icrf => self.of_inertial(position, velocity),
-                    StartFrame::Fixed | StartFrame::Itrf => Ok(self.of_body(position, velocity)),
-                    StartFrame::Teme => {
-                        let R = teme_to_gcrs(&self.params.epoch("`frame: teme`")?);
-                        self.of_inertial(R * position, R * velocity)
-                    }
-                }
+                self.in_frame(*frame, *position, *velocity)
             }
             Start::Geodetic { latitude, longitude, height, velocity } => {
-                let place = Geodetic { latitude, longitude, altitude: height };
+                let place =
+                    Geodetic { latitude: *latitude, longitude: *longitude, altitude: *height };
                 let position = self.planet.ellipsoid.position(&place);
                 Ok(self.of_body(position, place.east_north_up() * velocity))
+            }
+            Start::TwoLine { from, satellite } => {
+                let state = self.by_two_lines(from, satellite.as_deref())?;
+                self.in_frame(StartFrame::Teme, state.position, state.velocity)
+            }
+            Start::Ephemeris { file, object } => {
+                let (frame, state) = self.by_message(file, object.as_deref())?;
+                self.in_frame(frame, state.position, state.velocity)
+            }
+        }
+    }
+
+    /// Transforms position and velocity from named axes at the centre of the body to W.
+    fn in_frame(&self, frame: StartFrame, r: Vec3, v: Vec3) -> Result<(Vec3, Vec3), BuildError> {
+        self.named(frame)?;
+        match frame {
+            StartFrame::Inertial | StartFrame::Icrf => self.of_inertial(r, v),
+            StartFrame::Fixed | StartFrame::Itrf => Ok(self.of_body(r, v)),
+            StartFrame::Eme2000 => {
+                let R = eme2000_to_gcrs();
+                self.of_inertial(R * r, R * v)
+            }
+            StartFrame::Teme => {
+                let R = teme_to_gcrs(&self.params.epoch("`frame: teme`")?);
+                self.of_inertial(R * r, R * v)
             }
         }
     }
@@ -47,13 +65,18 @@ impl Inner {
         let (name, there) = match frame {
             StartFrame::Inertial | StartFrame::Fixed => return Ok(()),
             StartFrame::Icrf => ("icrf", iau),
+            StartFrame::Eme2000 => ("eme2000", iau),
             StartFrame::Itrf => ("itrf", iau && earth),
             StartFrame::Teme => ("teme", iau && earth),
         };
         if there {
             return Ok(());
         }
-        let of = if frame == StartFrame::Icrf { "a body" } else { "the Earth" };
+        let of = if matches!(frame, StartFrame::Icrf | StartFrame::Eme2000) {
+            "a body"
+        } else {
+            "the Earth"
+        };
         let fact =
             format!("`frame: {name}` is of {of} that turns by the IAU, and the world has none");
         let help = "write `epoch` in `world` (with `body: earth` for itrf and teme), or `frame: inertial` or `fixed`";

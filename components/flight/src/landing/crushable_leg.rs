@@ -244,6 +244,9 @@ impl Model for CrushableLeg {
             .help("add a terrain and leave `ground` out, or leave `pad` out")
             .at("pad"));
         }
+        if let (Some(_), Some(terrain)) = (p.pad, &p.terrain) {
+            terrain.needs_soil().map_err(|e| e.at("terrain"))?;
+        }
         if let Some(k) = p.stages.windows(2).position(|w| w[1].force < w[0].force) {
             let (hard, soft) = (p.stages[k].force, p.stages[k + 1].force);
             let fact =

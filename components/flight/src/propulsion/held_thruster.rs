@@ -66,6 +66,9 @@ impl Model for HeldThruster {
     type Ym = Given;
     type Yd = ThrusterOut;
     type X = Done;
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        crate::engine::needs_pressure(self.p.exit_area)
+    }
     fn moore(&self, _: &Clock, x: &Done, _: &()) -> Given {
         Given { impulse: x.done }
     }

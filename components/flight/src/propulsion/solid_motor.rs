@@ -117,6 +117,9 @@ impl Model for SolidMotor {
         }
         Ok(SolidMotor { p, curve })
     }
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        crate::engine::needs_pressure(self.p.exit_area)
+    }
     fn direct(&self, c: &Clock, _: &(), d: &Burn, u: &MotorIn) -> MotorOut {
         let p = &self.p;
         let total = self.curve.integral(self.curve.ends()[1]) / (p.specific_impulse * G0);

@@ -207,6 +207,9 @@ impl Model for Thruster {
             fed: true,
         }
     }
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        crate::engine::needs_pressure(self.p.exit_area)
+    }
     fn moore(&self, c: &Clock, _: &(), d: &Valve) -> Given {
         Given { impulse: self.now(c.t, d).1, pulses: d.pulses }
     }

@@ -79,6 +79,9 @@ impl Model for VectorThrust {
     type Ud = VectorThrustIn;
     type Yd = VectorThrustOut;
     type X = Force;
+    fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
+        crate::engine::needs_pressure(self.p.exit_area)
+    }
     fn init_x(&self) -> Force {
         Force { force: self.p.start }
     }

@@ -52,6 +52,10 @@ pub struct WheelRigidQuasiStatic {
 #[model("mobility.wheel_rigid_quasi_static")]
 impl Model for WheelRigidQuasiStatic {
     type Params = WheelRigidParams;
+    fn build(p: WheelRigidParams) -> Result<Self, BuildError> {
+        p.ground()?;
+        Ok(WheelRigidQuasiStatic { p })
+    }
     type Ud = QuasiStaticIn;
     type Yd = RigidQuasiStaticOut;
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &QuasiStaticIn) -> RigidQuasiStaticOut {

@@ -282,6 +282,7 @@ impl Field for ScmGround {
     type Data = Touched;
     type Imprint = Imprint;
     fn build(p: ScmGroundParams) -> Result<Self, BuildError> {
+        p.terrain.needs_soil()?;
         let region = p.region.unwrap_or_else(|| p.terrain.bounds());
         crate::ruts::check_region(region)?;
         Ok(ScmGround {

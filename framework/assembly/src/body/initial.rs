@@ -1,12 +1,13 @@
 //! How a body starts: `initial: (angle: "5 deg", rate: 0)`, or poses and velocities.
 use crate::body::hinge::slides;
 use crate::schema::describe::Schema;
-use crate::schema::kind::{At, Kind, drive_number, flag, list_of, number, vector, word};
+use crate::schema::kind::{At, Kind, drive_number, flag, list_of, number, text, vector, word};
 use crate::schema::pose::rotation;
 use crate::schema::record::{Presence, Record, of, record};
 use crate::text::report::Cx;
+use crate::text::value::Text;
 use linkwork_multibody::{Hinge, Subhinge, SubhingeKind};
-use linkwork_runtime::{Anomaly, Located, Start, StartFrame, Value};
+use linkwork_runtime::{Anomaly, Located, Start, StartFrame, TwoLineSource, Value};
 use linkwork_spatial::{Quat, Vec3};
 use std::f64::consts::FRAC_PI_2;
 
@@ -28,6 +29,10 @@ record! {
         state: Option<StateForm> = of::<StateForm>().maybe(),
         /// Instead of position and velocity: over the ellipsoid of the world.
         geodetic: Option<GeodeticForm> = of::<GeodeticForm>().maybe(),
+        /// Instead of position and velocity: by two-line elements of an Earth satellite.
+        tle: Option<TwoLineForm> = of::<TwoLineForm>().maybe(),
+        /// Instead of position and velocity: by an orbit ephemeris message.
+        oem: Option<EphemerisForm> = of::<EphemerisForm>().maybe(),
     }
 }
 record! {
@@ -52,13 +57,14 @@ record! {
 const FRAMES: &[(&str, StartFrame)] = &[
     ("inertial", StartFrame::Inertial),
     ("icrf", StartFrame::Icrf),
+    ("eme2000", StartFrame::Eme2000),
     ("fixed", StartFrame::Fixed),
     ("itrf", StartFrame::Itrf),
     ("teme", StartFrame::Teme),
 ];
 record! {
     struct StateForm: "state in named axes" {
-        /// inertial, icrf, fixed to the body of the world, itrf, teme; origin at the centre of the body.
+        /// inertial, icrf, eme2000, fixed to the body of the world, itrf, teme; origin at the centre of the body.
         frame: StartFrame = word(FRAMES).need("write `frame: inertial`, fixed or teme"),
         /// Position.
         position: Vec3 = vector("m").need("write `position: [.., .., ..]`"),
@@ -78,15 +84,39 @@ record! {
         velocity: Vec3 = vector("m/s").or(Vec3::zeros()),
     }
 }
+record! {
+    struct TwoLineForm: "two-line elements, at the epoch of the world by SGP4" {
+        /// File with two or three lines for each satellite.
+        file: Option<Text> = text().maybe(),
+        /// The two lines, instead of `file`.
+        lines: Option<Vec<Text>> = list_of(text()).maybe(),
+        /// Name or catalogue number of the satellite, where there are several.
+        satellite: Option<Text> = text().maybe(),
+    }
+}
+record! {
+    struct EphemerisForm: "orbit ephemeris message (CCSDS OEM), at the epoch of the world" {
+        /// File in key-value notation.
+        file: Text = text().need("write `file: \"orbit.oem\"`"),
+        /// `OBJECT_NAME`, where there are several.
+        object: Option<Text> = text().maybe(),
+    }
+}
 
 /// Where the world puts a free body; none where position and velocity are written.
 fn started(cx: &mut Cx, v: &Located, x: &Floating, at: &At<'_>) -> Option<Start> {
-    let ways = [x.elements.is_some(), x.state.is_some(), x.geodetic.is_some()];
+    let ways = [
+        x.elements.is_some(),
+        x.state.is_some(),
+        x.geodetic.is_some(),
+        x.tle.is_some(),
+        x.oem.is_some(),
+    ];
     let count = ways.iter().filter(|w| **w).count();
     let written = v.get("position").is_some() || v.get("velocity").is_some();
     if count > 1 || (count == 1 && written) {
         let fact = format!("{}: position and velocity are written twice", at.what);
-        let help = "write `position` and `velocity`, or one of `elements`, `state`, `geodetic`";
+        let help = "write `position` and `velocity`, or one of `elements`, `state`, `geodetic`, `tle`, `oem`";
         cx.fault(v.origin, fact, help);
         return None;
     }
@@ -111,6 +141,27 @@ fn started(cx: &mut Cx, v: &Located, x: &Floating, at: &At<'_>) -> Option<Start>
     }
     if let Some(s) = &x.state {
         return Some(Start::State { frame: s.frame, position: s.position, velocity: s.velocity });
+    }
+    if let Some(t) = &x.tle {
+        let from = match (&t.file, &t.lines) {
+            (Some(file), None) => TwoLineSource::File(file.text.clone()),
+            (None, Some(lines)) => {
+                TwoLineSource::Lines(lines.iter().map(|l| l.text.clone()).collect())
+            }
+            _ => {
+                let fact = format!("{}: `tle` has one of `file` and `lines`", at.what);
+                cx.fault(v.origin, fact, "write `tle: (file: \"satellite.tle\")`");
+                return None;
+            }
+        };
+        return Some(Start::TwoLine {
+            from,
+            satellite: t.satellite.as_ref().map(|s| s.text.clone()),
+        });
+    }
+    if let Some(e) = &x.oem {
+        let object = e.object.as_ref().map(|o| o.text.clone());
+        return Some(Start::Ephemeris { file: e.file.text.clone(), object });
     }
     x.geodetic.as_ref().map(|g| Start::Geodetic {
         latitude: g.latitude,
@@ -323,6 +374,8 @@ pub(crate) fn value(h: &Hinge, q: &[f64], approximate: bool) -> Value {
                 elements: None,
                 state: None,
                 geodetic: None,
+                tle: None,
+                oem: None,
             }
             .write()
         }

@@ -238,7 +238,7 @@ fn parent(
 fn starts(cx: &mut Cx, bodies: &Bodies) -> Vec<BodyStart> {
     let mut all = Vec::new();
     for (name, (body, _)) in bodies {
-        let Some(start) = body.start else { continue };
+        let Some(start) = body.start.clone() else { continue };
         let plain = body.at == Pose::identity() && body.hinge_frame == Pose::identity();
         if body.parent.text != "world" || !plain {
             let fact = format!(

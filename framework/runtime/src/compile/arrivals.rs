@@ -128,9 +128,16 @@ impl Sorted {
         let mut all = Vec::with_capacity(u_lanes + lanes(&d.direct_inputs));
         let mut missing: Vec<&str> = Vec::new();
         let mut open: Vec<&str> = Vec::new();
+        let needed = part.prototype.must_be_wired();
         for port in d.all_inputs() {
             let at = first + lane;
             let empty = (at..at + port.lanes).all(|i| self.at(i).is_empty() && !self.excused[i]);
+            if let Some((_, why)) = needed.iter().find(|(name, _)| empty && *name == port.name) {
+                let fault = unwired(part, port);
+                let fact = format!("{}: {}", fault.message, why.message);
+                let help = why.help.clone().or(fault.help).unwrap_or_default();
+                faults.push(Fault::new(part.spec.origin, fact).help(help));
+            }
             if empty && port.default.is_none() && !port.sum {
                 match port.bind.as_deref() {
                     Some(bind) if unbound(bind) => {

@@ -143,6 +143,7 @@ pub struct KinematicSpec {
 
 /// A terrain as a collider of the world: triangles between the points of its grid, smooth for what rolls, with the friction of its soil at each place.
 fn ground(terrain: &Arc<dyn Terrain>) -> Result<ColliderSpec, BuildError> {
+    terrain.needs_soil()?;
     let s = terrain.nodes()?;
     let middle = |axis: usize, n: usize| s.origin[axis] + 0.5 * (n as f64 - 1.0) * s.spacing[axis];
     let [x, y] = [middle(0, s.nx), middle(1, s.ny)];

@@ -276,6 +276,16 @@ pub fn teme_to_gcrs(epoch: &Epoch) -> Quat {
     intermediate(&[x, y, s]) * about_z(turn)
 }
 
+/// Rotation from the mean equator and equinox of J2000 (EME2000) to the GCRS: the frame bias of the IAU 2000 model, 23 mas.
+#[must_use]
+pub fn eme2000_to_gcrs() -> Quat {
+    let epoch = Epoch::j2000().tt();
+    let (bias, _, _) = sofars::pnp::bp00(epoch.0, epoch.1);
+    // Rows of the matrix GCRS to J2000.
+    let R = Mat3::from_fn(|row, column| bias[row][column]).transpose();
+    linkwork_spatial::quat(&R)
+}
+
 /// The matrix GCRS to ITRS at an epoch, by SOFA's own functions step by step: what [`Earth`] interpolates.
 /// 40 µs.
 #[must_use]

@@ -4,7 +4,9 @@ mod earth;
 mod iau;
 mod orientation;
 
-pub use earth::{Earth, EarthParameters, earth_rotation_angle, gcrs_to_itrs, teme_to_gcrs};
+pub use earth::{
+    Earth, EarthParameters, earth_rotation_angle, eme2000_to_gcrs, gcrs_to_itrs, teme_to_gcrs,
+};
 pub use iau::{IauRotation, IauTerm};
 pub use orientation::EarthOrientation;
 

@@ -1,0 +1,114 @@
+//! Two-line elements of Earth satellites, and where SGP4 has the satellite. Home of `sgp4`.
+
+use crate::error::WorldError;
+use crate::planet::{Epoch, PointMotion};
+use linkwork_spatial::Vec3;
+use sgp4::{Constants, Elements, MinutesSinceEpoch, Orbit, WGS72, iau_epoch_to_sidereal_time};
+
+/// Elements with the mean motion of SGP4, which no other theory can use.
+pub struct TwoLine {
+    /// Name from the line before the elements, if there is one.
+    pub name: Option<String>,
+    /// Number in the catalogue.
+    pub number: u64,
+    /// Epoch of the elements.
+    pub epoch: Epoch,
+    constants: Constants,
+}
+
+/// Days from their epoch within which elements are used: after a month a low satellite is hundreds of kilometres off.
+const LIMIT: f64 = 30.0;
+
+const HELP: &str = "give the two lines of 69 characters that begin with 1 and 2, and before them the name or nothing";
+
+impl TwoLine {
+    /// Reads all elements of a text: two lines each, or three with a name. `file` is its name in messages.
+    ///
+    /// # Errors
+    /// A line that is not one of these, a wrong checksum, elements of no orbit, with the line.
+    pub fn read(file: &str, text: &str) -> Result<Vec<TwoLine>, WorldError> {
+        let (mut all, mut name, mut first) = (Vec::new(), None, None);
+        for (k, line) in text.lines().enumerate() {
+            let line = line.trim_end();
+            let wrong = |fact: String| WorldError::Line {
+                file: file.to_string(),
+                line: k + 1,
+                fact,
+                help: HELP,
+            };
+            if line.is_empty() {
+                continue;
+            }
+            match (first, line.as_bytes()) {
+                (None, [b'1', b' ', ..]) => first = Some(line),
+                (None, _) if name.is_none() => {
+                    // Three-line files may begin the name with `0 `.
+                    name = Some(line.strip_prefix("0 ").unwrap_or(line).trim().to_string());
+                }
+                (None, _) => return Err(wrong("a first line of elements was expected".into())),
+                (Some(one), _) => {
+                    all.push(Self::of(name.take(), one, line).map_err(wrong)?);
+                    first = None;
+                }
+            }
+        }
+        let ends = match (all.is_empty(), first.is_some() || name.is_some()) {
+            (_, true) => "the text ends within a set of elements",
+            (true, false) => "there are no elements",
+            (false, false) => return Ok(all),
+        };
+        let (file, fact) = (file.to_string(), ends.to_string());
+        Err(WorldError::Line { file, line: text.lines().count(), fact, help: HELP })
+    }
+
+    fn of(name: Option<String>, one: &str, two: &str) -> Result<TwoLine, String> {
+        let e =
+            Elements::from_tle(name, one.as_bytes(), two.as_bytes()).map_err(|e| e.to_string())?;
+        let epoch = Epoch::parse(&format!("{} UTC", e.datetime)).map_err(|e| e.to_string())?;
+        let [i, node, pericentre, mean] =
+            [e.inclination, e.right_ascension, e.argument_of_perigee, e.mean_anomaly]
+                .map(f64::to_radians);
+        // Revolutions a day to rad/min.
+        let motion = e.mean_motion * (std::f64::consts::PI / 720.0);
+        // Elements are fitted with WGS 72.
+        let orbit =
+            Orbit::from_kozai_elements(&WGS72, i, node, e.eccentricity, pericentre, mean, motion)
+                .map_err(|e| e.to_string())?;
+        let constants =
+            Constants::new(WGS72, iau_epoch_to_sidereal_time, e.epoch(), e.drag_term, orbit)
+                .map_err(|e| e.to_string())?;
+        Ok(TwoLine { name: e.object_name, number: e.norad_id, epoch, constants })
+    }
+
+    /// Position (m) and velocity (m/s) at a time, true equator and mean equinox of date (TEME).
+    ///
+    /// # Errors
+    /// More than 30 days from the epoch of the elements; a satellite that has come down.
+    pub fn state(&self, at: &Epoch) -> Result<PointMotion, WorldError> {
+        let after = at.since(&self.epoch);
+        if after.abs() > LIMIT * 86_400.0 {
+            let fact = format!(
+                "the elements of {} are of {}, {:.1} days away",
+                self.called(),
+                self.epoch,
+                after.abs() / 86_400.0
+            );
+            let help = "take elements of an epoch within 30 days of that of the world: errors of SGP4 grow by kilometres a day";
+            return Err(WorldError::Uncovered { fact, help });
+        }
+        let state = self.constants.propagate(MinutesSinceEpoch(after / 60.0)).map_err(|e| {
+            let fact = format!("SGP4 has no place for {}: {e}", self.called());
+            WorldError::Uncovered { fact, help: "take elements nearer to the epoch of the world" }
+        })?;
+        Ok(PointMotion {
+            position: Vec3::from(state.position) * 1e3,
+            velocity: Vec3::from(state.velocity) * 1e3,
+        })
+    }
+
+    /// Its name, or else its number.
+    #[must_use]
+    pub fn called(&self) -> String {
+        self.name.clone().unwrap_or_else(|| format!("satellite {}", self.number))
+    }
+}
