@@ -164,7 +164,7 @@ impl SizedModel for Odometry {
         // A deck that stands upright has no heading.
         let turn_rate = about_deck * cr / cp.max(1e-3);
         let (sin, cos) = (d.heading + 0.5 * turn_rate * c.dt).sin_cos();
-        // Along the heading, across it, upwards.
+        // Components along the heading, across it and upwards.
         let (ahead, left, up) = (vx * cp + vy * sr * sp, vy * cr, vy * sr * cp - vx * sp);
         OdometryState {
             position: [
@@ -244,9 +244,9 @@ mod tests {
         let mut place = Vec3::zeros();
         for n in 0..20_000 {
             let a = turn * dt * (f64::from(n) + 0.5);
-            let R = deck(a);
-            place += R * Vec3::x() * (speed * dt);
-            let (roll, pitch, _) = R.euler_angles();
+            let turn_of = deck(a);
+            place += turn_of * Vec3::x() * (speed * dt);
+            let (roll, pitch, _) = turn_of.euler_angles();
             let rate = speed / 0.2;
             let u = [rate, rate, rate, rate, turn, roll, pitch];
             o.update(&Clock::at(0.0, dt, n as u64), &[], &mut d, &u, &mut ());

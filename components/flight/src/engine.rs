@@ -19,7 +19,7 @@ pub(crate) fn needs_pressure(exit_area: f64) -> Vec<(&'static str, BuildError)> 
         return Vec::new();
     }
     let why = BuildError::new("`exit_area` is written")
-        .help("wire the pressure of the air, such as that of `environment.us76`, or leave `exit_area` out in vacuum");
+        .help("wire the pressure of the air, for example from `environment.us76`, or leave `exit_area` out in vacuum");
     vec![("pressure", why)]
 }
 

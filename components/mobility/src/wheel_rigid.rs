@@ -1,4 +1,9 @@
 //! `mobility.wheel_rigid`: a rigid wheel on rigid ground, the contact of `rigid_contact` as a model.
+//! ```text
+//! rolling resistance   M = −k ζ − d ω, cut to |M| ≤ c_rr N r      about the axle, ω: rate of the rim; ζ: a bristle as of dry friction
+//!                      k = k_t r², d = d_t r²                     k_t, d_t: tangential stiffness and damping
+//! ```
+//! With rolling resistance a free wheel stands on slopes of up to tan⁻¹ c_rr and coasts with the deceleration c_rr g (of a wheel that is light).
 //!
 //! The hub's node turns with the wheel or stands still; only the direction of its y axis (the axle, to
 //! the left) and its angular velocity matter.
@@ -6,6 +11,7 @@
 use crate::rigid_contact::{Bristles, Hub, RigidContact};
 use linkwork_collision::relief::Wheel;
 use linkwork_runtime::prelude::*;
+use linkwork_solvers::contact_law::gives_way;
 
 /// Wheel, ground and contact constants.
 #[derive(Params, Clone, Debug)]
@@ -31,9 +37,12 @@ pub struct WheelRigidParams {
     /// Tangential damping.
     #[param(unit = "N s/m", default = 1500.0, range = 0.0..)]
     pub tangential_damping: f64,
-    /// Coulomb coefficient; default: that of the terrain's soil.
+    /// Coulomb coefficient; the terrain's soil has the default.
     #[param(default = None, range = 0.0..)]
     pub friction: Option<f64>,
+    /// Coefficient of rolling resistance c_rr: the share of the normal force that resists.
+    #[param(default = 0.0, range = 0.0..=1.0)]
+    pub rolling_resistance: f64,
     /// The ground.
     #[param(service)]
     pub terrain: Handle<dyn Terrain>,
@@ -101,6 +110,12 @@ pub struct RigidOut {
     /// Rate of the left disc's bristle, W.
     #[port("m/s")]
     pub left_rate: Vec3,
+    /// Moment of rolling resistance about the axle.
+    #[port("N m")]
+    pub rolling_moment: f64,
+    /// Rate of the bristle of rolling resistance.
+    #[port("rad/s")]
+    pub rolling_rate: f64,
 }
 
 /// Deflections of the bristles of the three discs.
@@ -115,6 +130,9 @@ pub struct BristleState {
     /// Left disc, W.
     #[port("m")]
     pub left: Vec3,
+    /// Rolling resistance.
+    #[port("rad")]
+    pub rolling: f64,
 }
 
 impl BristleState {
@@ -167,6 +185,20 @@ pub(crate) fn slip_of(hub: &Hub, r: f64, n: &Vec3) -> (f64, f64) {
 }
 
 impl WheelRigid {
+    /// Moment of rolling resistance (N m), the rate of its bristle `z` (rad/s), and the power lost (W).
+    fn rolls(&self, z: f64, spin: f64, normal: f64) -> [f64; 3] {
+        let p = &self.p;
+        if p.rolling_resistance == 0.0 {
+            return [0.0; 3];
+        }
+        let square = p.radius * p.radius;
+        let (k, d) = (p.tangential_stiffness * square, p.tangential_damping * square);
+        let most = p.rolling_resistance * normal.max(0.0) * p.radius;
+        let moment = (-k * z - d * spin).clamp(-most, most);
+        let rate = spin - gives_way(z.abs(), spin * z.signum(), most / k) * z;
+        [moment, rate, -moment * spin - k * z * rate]
+    }
+
     fn contact(&self, hub: &Hub) -> RigidContact {
         let p = &self.p;
         let friction =
@@ -200,18 +232,22 @@ impl Model for WheelRigid {
         let (load, [right_rate, middle_rate, left_rate]) =
             self.contact(&hub).evaluate(&hub, &x.array(), &*self.p.terrain);
         let (slip, slip_angle) = slip_of(&hub, self.p.radius, &load.normal);
+        let spin = hub.angular.dot(&hub.axle);
+        let [rolling_moment, rolling_rate, lost] = self.rolls(x.rolling, spin, load.normal_force);
         RigidOut {
-            load: Wrench { moment: load.moment, force: load.force },
+            load: Wrench { moment: load.moment + hub.axle * rolling_moment, force: load.force },
             normal_force: load.normal_force,
             slip,
             slip_angle,
             sinkage: load.depth,
             contact_point: load.point,
             contact_force: load.force,
-            power: load.dissipation,
+            power: load.dissipation + lost,
             right_rate,
             middle_rate,
             left_rate,
+            rolling_moment,
+            rolling_rate,
         }
     }
     fn deriv(
@@ -224,7 +260,12 @@ impl Model for WheelRigid {
         _: &(),
         y: &RigidOut,
     ) -> BristleState {
-        BristleState { right: y.right_rate, middle: y.middle_rate, left: y.left_rate }
+        BristleState {
+            right: y.right_rate,
+            middle: y.middle_rate,
+            left: y.left_rate,
+            rolling: y.rolling_rate,
+        }
     }
     fn remarks(&self, c: &Clock, x: &BristleState, d: &(), _: &(), u: &WheelIn) -> Vec<BuildError> {
         let depth = self.direct(c, x, d, u, &()).sinkage;
@@ -289,6 +330,7 @@ pub(crate) mod tests {
                 tangential_stiffness: 2e5,
                 tangential_damping: 1500.0,
                 friction: None,
+                rolling_resistance: 0.0,
                 terrain: plane(0.0),
             },
         };

@@ -47,13 +47,13 @@ pub struct ThermalNodeIn {
 /// What is around.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeAround {
-    /// Temperature of the sky, as a black body would show it. With an `emissivity` it has to be wired.
+    /// Temperature of the sky, as a black body would show it. It has to be wired where `emissivity` is written.
     #[port("K", default = 0.0)]
     pub sky: f64,
-    /// Temperature of the air. With a `convection` it has to be wired.
+    /// Temperature of the air. It has to be wired where `convection` is written.
     #[port("K", default = 0.0)]
     pub air: f64,
-    /// Light on the surface, such as `irradiance` of a solar panel. With an `absorptivity` it has to be wired.
+    /// Light on the surface, such as `irradiance` of a solar panel. It has to be wired where `absorptivity` is written.
     #[port("W/m^2", default = 0.0)]
     pub light: f64,
 }

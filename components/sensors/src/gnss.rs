@@ -157,7 +157,7 @@ pub struct Gnss {
     /// Radius of the body, which is in the way, m.
     radius: f64,
     site: Option<Site>,
-    /// From the axes of the orbits to inertial axes.
+    /// Rotation from the axes of the orbits to inertial axes.
     pole: Quat,
 }
 

@@ -126,8 +126,8 @@ pub struct ImuParams {
     /// Step of the specific forces (m/s²), or of the velocities of `imu_increments` (m/s); 0: none.
     #[param(default = 0.0, range = 0.0..)]
     pub accel_resolution: f64,
-    /// Frequency at which the low-pass of the samples has lost 3 dB; default: no filter.
-    #[param(unit = "1/s", range = 1e-9..)]
+    /// Frequency at which the low-pass of the samples has lost 3 dB; default: no filter. `imu_increments` has no such filter.
+    #[param(unit = "1/s")]
     pub bandwidth: Option<f64>,
     /// Misalignment of both triads as a small rotation in the sensor's frame.
     #[param(unit = "rad", default = Vec3::zeros())]
@@ -211,7 +211,7 @@ fn normals(c: &Clock, lane: u32) -> Vec3 {
 /// Gyroscopes and accelerometers with their errors.
 pub(crate) struct Triads {
     p: ImuParams,
-    /// Of W in inertial space, rad/s, W.
+    /// Angular velocity of W in inertial space, rad/s, W.
     turning: Vec3,
     gyro: Errors,
     accel: Errors,
@@ -345,6 +345,10 @@ impl Model for Imu {
     type Yd = ImuOut;
     type D = ImuState;
     fn build(p: ImuParams) -> Result<Self, BuildError> {
+        if p.bandwidth.is_some_and(|b| !(b > 0.0)) {
+            let help = "write a frequency above 0, such as \"100 Hz\", or leave it out";
+            return Err(BuildError::new("the bandwidth is not above 0").help(help).at("bandwidth"));
+        }
         Ok(Imu { triads: Triads::new(p) })
     }
     fn direct(&self, c: &Clock, _: &(), d: &ImuState, u: &ImuIn) -> ImuOut {

@@ -37,16 +37,16 @@ pub struct Integrals {
     pub velocity: Vec3,
 }
 
-/// Errors, and what was told up to the last sample.
+/// Errors, and the sums of all increments up to the last sample.
 #[derive(State, Clone, Copy, Debug)]
 pub struct Sampled {
     /// Biases.
     #[port(group)]
     pub errors: ImuState,
-    /// Angles that were told up to the last sample.
+    /// Sum of the angles up to the last sample.
     #[port("rad")]
     pub angle_before: Vec3,
-    /// Velocities that were told up to the last sample.
+    /// Sum of the velocities up to the last sample.
     #[port("m/s")]
     pub velocity_before: Vec3,
     /// Sum of the noise of the angles, this sample's included.
@@ -63,7 +63,7 @@ pub struct ImuIncrements {
 }
 
 impl ImuIncrements {
-    /// The integrals with their noise, in steps: what is less than a step is in a later increment.
+    /// The integrals with their noise, in steps: a later increment holds the remainder of a step.
     fn counts(&self, x: &Integrals, d: &Sampled) -> (Vec3, Vec3) {
         self.triads.stepped(x.angle + d.angle_noise, x.velocity + d.velocity_noise)
     }

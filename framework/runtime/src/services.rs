@@ -141,7 +141,7 @@ pub trait Terrain: Send + Sync {
     fn has_soil(&self) -> bool {
         true
     }
-    /// For a part that computes with the soil, or, without a friction of its own, with the soil's.
+    /// Checks that the soil is known, for a part that computes with it or with its friction.
     ///
     /// # Errors
     /// No soil is written.

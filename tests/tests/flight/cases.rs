@@ -63,8 +63,8 @@ fn balance(sim: &Simulation) -> (Vec3, Vec3, Vec3) {
     (p, h, centre / mass)
 }
 
-/// Propellant that goes through a line from one tank to another changes neither momentum nor angular momentum of the craft, and its
-/// centre of mass moves on in a straight line.
+/// Propellant that goes through a line from one tank to another changes neither momentum nor angular momentum of the vehicle beyond 0.2 N m s (68 without
+/// the line's force), and its centre of mass moves on in a straight line.
 #[test]
 fn what_flows_between_tanks_keeps_momentum_and_centre_of_mass() {
     for turning in [0.0, 1.0] {
@@ -79,11 +79,11 @@ fn what_flows_between_tanks_keeps_momentum_and_centre_of_mass() {
             (h - h0).norm()
         );
         assert!((moved - 70.0).abs() < 0.5, "{moved} kg");
-        assert!((p - p0).norm() < 1e-6 && (h - h0).norm() < 1e-3 * h0.norm().max(1.0));
+        assert!((p - p0).norm() < 1e-6 && (h - h0).norm() < 0.2);
         let drift = c - (c0 + p0 / 211.0 * 40.0);
         assert!(drift.norm() < 1e-3, "{drift}");
         if turning == 0.0 {
-            // The craft goes the other way.
+            // The vehicle moves the other way.
             let back = -2.0 * moved / 211.0;
             assert!((get(&sim, "craft.position").x - back).abs() < 1e-4, "{back}");
         } else {
@@ -161,8 +161,9 @@ fn a_descent_ends_at_its_arrival() {
         "M": (model: "basics.constant", params: {{ "value": 1000 }}),
         "D": (model: "flight.powered_descent", params: {{ "thrust_max": 20000, "arrival": {arrival:?}, "position": [0, 0, 1], "law": "linear" }}, bind: {{ "body": "node:c" }}, rate: "10 Hz"),
         "V": (model: "flight.vector_thrust", params: {{ "specific_impulse": 300 }}, bind: {{ "body": "node:c" }}),
+        "F": (model: "flight.ideal_feed"),
     }},
-    wires: ["M.y -> D.mass", "D.force -> V.command"],
+    wires: ["M.y -> D.mass", "D.force -> V.command"], connect: [("V.propellant", "F.outlet")],
     step: "10 ms", until: "30 s",
 )"#
         )
@@ -285,7 +286,7 @@ fn honeycomb_takes_the_energy_of_the_landing() {
     bodies: {{ "b": (parent: "world", hinge: Slider([0, 0, 1]), mass: 1000, inertia: [1, 1, 1], initial: (position: 0.001, rate: -3)) }},
     parts: {{ "L": (model: "flight.crushable_leg", params: {{ "stages": [(stroke: 0.3, force: {first}), (stroke: 0.3, force: {second})] }}, bind: {{ "foot": "node:b" }}) }},
     gravity: "none", step: "1 ms", integrator: "dormand_prince_54", until: "2 s",
-    figures: {{ "taken": (of: "L.taken", take: "last"), "speed": (of: "b.hinge.rate", take: "last"), "most": (of: "L.force", take: "max") }},
+    figures: {{ "taken": (of: "L.taken", take: "last"), "speed": (of: "b.speed", take: "last"), "most": (of: "L.force", take: "max") }},
 )"#
         )
     };
@@ -366,7 +367,7 @@ fn negative_friction_and_noise_are_refused() {
 )"#,
         &[
             "`Contact.friction` = -0.5 is out of range",
-            "`Imu.gyro_white` = -0.001 rad/s is out of range",
+            "`Imu.gyro_white` = -0.001 is out of range",
             "`Imu.accel_white`",
             "`Imu.gyro_walk` = -1",
         ],
@@ -376,14 +377,17 @@ fn negative_friction_and_noise_are_refused() {
 /// A start by orbital elements: after a whole turn the craft is back, and `flight.orbit` has the elements that were written.
 #[test]
 fn a_craft_starts_by_its_elements() {
+    // The period of Kepler's third law.
+    let period = std::f64::consts::TAU * (7e6f64.powi(3) / 3.986_004_418e14).sqrt();
     let text = |world: &str, initial: &str| {
         format!(
             r#"Simulation(
     {world}
     bodies: {{ "craft": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), initial: ({initial})) }},
     parts: {{ "G": (model: "environment.point_mass_gravity"), "O": (model: "flight.orbit", bind: {{ "body": "node:craft" }}) }},
-    step: "10 s", integrator: "dormand_prince_54", accuracy: (relative: 1e-12, absolute: 1e-9), until: "6000 s",
-)"#
+    step: "{:.9} s", integrator: "dormand_prince_54", accuracy: (relative: 1e-12, absolute: 1e-9), until: "6000 s",
+)"#,
+            period / 500.0
         )
     };
     let earth = "world: (body: \"earth\"),";
@@ -399,12 +403,10 @@ fn a_craft_starts_by_its_elements() {
     near("O.ascending_node", 10f64.to_radians(), 1e-9);
     let start = get(&sim, "craft.position");
     assert!((start.norm() - 6.93e6).abs() < 1e-3, "{start}");
-    // The period of Kepler's third law.
-    let period = std::f64::consts::TAU * (7e6f64.powi(3) / 3.986_004_418e14).sqrt();
     let v = velocity(&sim, "craft");
     sim.run_until(seconds(period)).unwrap();
-    assert!((get(&sim, "craft.position") - start).norm() < 1e-2 * v.norm());
-    // Over the ground of a date, at rest: the velocity is that of the ground.
+    assert!((get(&sim, "craft.position") - start).norm() < 1e-5 * v.norm());
+    // A body at rest over the ground has the velocity of the ground.
     let dated = "world: (body: \"earth\", epoch: \"2024-06-21 00:00:00 UTC\"),";
     let place = "geodetic: (latitude: \"45 deg\", longitude: \"10 deg\", height: \"500 km\")";
     let sim = scene(&text(dated, place), &[]).unwrap();

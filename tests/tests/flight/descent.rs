@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::common;
 use common::{Worst, get, list, num, reference, rotation, row, seconds, vec3, velocity};
+use linkwork_runtime::Simulation;
 
 fn pairs(x: &Value, y: &Value, scale: f64) -> String {
     let rows = row(x).into_iter().zip(row(y));

@@ -215,3 +215,34 @@ fn two_materials_do_to_each_other_what_their_pair_says() {
         assert!(went[0] < 1e-4 && went[1] > 2.0, "{contact}: {went:?}");
     }
 }
+
+/// A free wheel coasts with c g/(1 + J/(m r²)) and stands on a slope below tan⁻¹ c; on one above it rolls.
+#[test]
+fn a_wheel_with_rolling_resistance_coasts_to_a_stop_and_stands_on_a_slope() {
+    let run = |slope: f64, speed: f64| {
+        let text = format!(
+            r#"Simulation(
+                bodies: {{ "wheel": (parent: "world", hinge: Free, mass: 10, inertia: [0.2, 0.3, 0.2],
+                    initial: (position: [0, 0, 0.24975], velocity: [{speed:?}, 0, 0], angular: [0, {:?}, 0])) }},
+                parts: {{
+                    "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                    "Ground": (model: "environment.flat", params: {{ "slope": {slope:?} }}),
+                    "Contact": (model: "mobility.wheel_rigid", params: {{ "radius": 0.25, "width": 0.2, "friction": 0.8, "rolling_resistance": 0.02 }}, bind: {{ "hub": "node:wheel" }}),
+                }},
+                step: "0.2 ms", integrator: "rk4", until: "2 s")"#,
+            speed / 0.25
+        );
+        let mut sim = common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        sim.run_until(Seconds::from_decimal(2.0).unwrap()).unwrap();
+        0.25 * sim.get("wheel.angular.y").unwrap()
+    };
+    let slows = 0.02 * 9.81 / (1.0 + 0.3 / (10.0 * 0.0625));
+    let coasts = run(0.0, 1.0);
+    assert!((coasts - (1.0 - 2.0 * slows)).abs() < 2e-3, "{coasts} {}", 1.0 - 2.0 * slows);
+    let stands = run(0.015, 0.0);
+    assert!(stands.abs() < 1e-5, "{stands}");
+    let rolls = run(0.04, 0.0);
+    let (sin, cos) = 0.04_f64.sin_cos();
+    let want = -2.0 * cos * 9.81 * (sin - 0.02 * cos) / (1.0 + 0.3 / (10.0 * 0.0625));
+    assert!((rolls / want - 1.0).abs() < 0.02, "{rolls} {want}");
+}

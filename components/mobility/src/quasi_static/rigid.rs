@@ -68,6 +68,9 @@ impl Model for WheelRigidQuasiStatic {
         let resists = limit / ahead.hypot(side).max(CREEP * wheel.scale);
         let sinkage = (wheel.carries / p.stiffness).powf(1.0 / p.exponent);
         let force = u.load.force;
+        let spin = wheel.hub.angular.dot(&wheel.hub.axle);
+        let turns = if spin == 0.0 { 0.0 } else { spin.signum() };
+        let rolling = p.rolling_resistance * wheel.carries;
         RigidQuasiStaticOut {
             traction: Traction {
                 force: Vec3::zeros(),
@@ -82,8 +85,8 @@ impl Model for WheelRigidQuasiStatic {
             sinkage,
             contact_point: u.load.point,
             contact_force: force,
-            torque: wheel.radius * force.dot(&wheel.axes[0]),
-            power: resists * (ahead * ahead + side * side),
+            torque: wheel.radius * (force.dot(&wheel.axes[0]) + rolling * turns),
+            power: resists * (ahead * ahead + side * side) + wheel.radius * rolling * spin.abs(),
         }
     }
 }
@@ -104,6 +107,7 @@ mod tests {
                 tangential_stiffness: 2e5,
                 tangential_damping: 1500.0,
                 friction: Some(0.6),
+                rolling_resistance: 0.0,
                 terrain: plane(0.0),
             },
         }

@@ -7,7 +7,7 @@ use crate::error::WorldError;
 use crate::planet::{Epoch, PointMotion};
 use linkwork_spatial::Vec3;
 
-/// Rows that a state is made from, where the segment has so many.
+/// Rows between which a state is interpolated; fewer where the segment is shorter.
 const ROWS: usize = 4;
 
 /// A segment of a message: one spacecraft, about one body, in one frame.
@@ -26,7 +26,7 @@ pub struct Segment {
 /// Reads the segments of a message. `file` is its name in messages.
 ///
 /// # Errors
-/// What is no such message, a segment without the fields it needs, rows that are not in order; with the line.
+/// The text is not such a message, a segment lacks a required field, or rows are not in order; the error names the line.
 pub fn read_oem(file: &str, text: &str) -> Result<Vec<Segment>, WorldError> {
     Reader { file, all: Vec::new(), scale: String::new(), part: Part::Header }.read(text)
 }
@@ -173,7 +173,7 @@ impl Reader<'_> {
         if self.all.last().and_then(|s| s.rows.last()).is_some_and(|(last, _)| *last >= at) {
             return Err(self.wrong(
                 n,
-                "this epoch is not after that of the row before",
+                "this epoch is not after the epoch of the row before",
                 "sort the rows by time",
             ));
         }

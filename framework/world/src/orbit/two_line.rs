@@ -93,7 +93,7 @@ impl TwoLine {
                 self.epoch,
                 after.abs() / 86_400.0
             );
-            let help = "take elements of an epoch within 30 days of that of the world: errors of SGP4 grow by kilometres a day";
+            let help = "use elements whose epoch is within 30 days of the epoch of the world: errors of SGP4 grow by kilometres a day";
             return Err(WorldError::Uncovered { fact, help });
         }
         let state = self.constants.propagate(MinutesSinceEpoch(after / 60.0)).map_err(|e| {

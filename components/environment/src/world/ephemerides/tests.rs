@@ -1,3 +1,5 @@
+//! Tests of starts by two-line elements and ephemeris messages: against python-sgp4 with Astropy, and against a circular orbit.
+
 use crate::world::{Centre, PlanetWorld, WorldParams};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Start, StartFrame, TwoLineSource};
