@@ -4,10 +4,10 @@ use crate::discs::Discs;
 use crate::error::{ColliderFault, CollisionError};
 use crate::query::Hiding;
 use crate::rules::{self, WORLD};
-use crate::shape::{ColliderSpec, Detail, Rules, Shape, Visibility};
+use crate::shape::{ColliderSpec, Detail, PairLaw, Resistance, Rules, Shape, Visibility};
 use crate::solid::Solid;
 use linkwork_multibody::names::nearest;
-use linkwork_multibody::spatial::Pose;
+use linkwork_multibody::spatial::{Pose, Vec3};
 use linkwork_multibody::{BodyId, Multibody};
 use std::sync::Arc;
 
@@ -71,6 +71,8 @@ pub struct Colliders {
     pub(crate) meets: Vec<bool>,
     /// Of each pair the law, from 1 on.
     laws: Vec<u16>,
+    resists: bool,
+    conveys: bool,
 }
 
 /// What [`Colliders::rebuild`] gives.
@@ -150,7 +152,13 @@ impl Colliders {
             items.iter().map(|i| i.body.map_or(world, |b| b.index())).collect();
         let meets = rules::table(&book.rules, &specs, &bodies, multibody);
         let laws = rules::law_table(&book.rules, &specs);
-        Self { book, items, meets, laws }
+        let none = Resistance::default();
+        let of_law = |l: &PairLaw| l.rolling.is_some() || l.spinning.is_some();
+        let resists =
+            specs.iter().any(|s| s.resistance != none) || book.rules.laws.iter().any(of_law);
+        let conveys = specs.iter().any(|s| s.surface_velocity != Vec3::zeros());
+        drop(specs);
+        Self { book, items, meets, laws, resists, conveys }
     }
 
     /// The same colliders and rules on another mechanism, by name: after bodies were attached or detached. Geometry is shared, not
@@ -236,6 +244,31 @@ impl Colliders {
         usize::from(self.laws[a.index() * self.items.len() + b.index()]).checked_sub(1)
     }
 
+    /// Whether any pair resists rolling or spinning.
+    #[must_use]
+    pub fn resists(&self) -> bool {
+        self.resists
+    }
+
+    /// Resistance of a pair to rolling and spinning.
+    #[must_use]
+    #[track_caller]
+    pub fn resistance(&self, a: ColliderId, b: ColliderId) -> Resistance {
+        let (x, y) = (self.spec(a).resistance, self.spec(b).resistance);
+        let law = self.law(a, b).map(|k| &self.rules().laws[k]);
+        let (rolling, spinning) = (law.and_then(|l| l.rolling), law.and_then(|l| l.spinning));
+        Resistance {
+            rolling: rolling.unwrap_or(x.rolling.max(y.rolling)),
+            spinning: spinning.unwrap_or(x.spinning.max(y.spinning)),
+        }
+    }
+
+    /// Whether the surface of any collider moves over its body.
+    #[must_use]
+    pub fn conveys(&self) -> bool {
+        self.conveys
+    }
+
     /// What is hidden when a run begins, as the specifications say.
     #[must_use]
     pub fn hiding(&self) -> Hiding {
@@ -291,11 +324,17 @@ fn check(specs: &[ColliderSpec], multibody: &Multibody) -> Vec<ColliderFault> {
             ("padding", s.padding),
             ("friction", s.material.friction),
             ("restitution", s.material.restitution),
+            ("rolling friction", s.resistance.rolling),
+            ("spinning friction", s.resistance.spinning),
         ];
         for (what, value) in numbers {
             if !(value >= 0.0 && value.is_finite()) {
                 faults.push(ColliderFault::Number { collider: collider(), what, value });
             }
+        }
+        if let Some(value) = s.surface_velocity.iter().copied().find(|x| !x.is_finite()) {
+            let what = "surface velocity";
+            faults.push(ColliderFault::Number { collider: collider(), what, value });
         }
         if s.discs > 0 && !matches!(s.fine, Shape::Cylinder { .. }) {
             faults.push(ColliderFault::Discs { collider: collider() });

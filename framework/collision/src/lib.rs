@@ -96,7 +96,7 @@ pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
 pub use ray::{Ray, RayHit, Target};
 pub use rules::{TERRAIN, groups, neighbours};
 pub use shape::{
-    ColliderSpec, Detail, Material, Neighbours, Occupancy, OnTerrain, PairLaw, Rules, Seen, Shape,
-    Varies, Visibility,
+    ColliderSpec, Detail, Material, Neighbours, Occupancy, OnTerrain, PairLaw, Resistance, Rules,
+    Seen, Shape, Varies, Visibility,
 };
 pub use solid::hull_surface;

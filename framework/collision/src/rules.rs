@@ -58,7 +58,13 @@ pub(crate) fn laws(rules: &Rules, specs: &[ColliderSpec]) -> Vec<ColliderFault> 
             let suggestion = nearest(name, named()).map(str::to_owned);
             faults.push(ColliderFault::UnknownMaterial { index, name: name.clone(), suggestion });
         }
-        for (what, value) in [("friction", law.friction), ("restitution", law.restitution)] {
+        let numbers = [
+            ("friction", law.friction),
+            ("restitution", law.restitution),
+            ("rolling friction", law.rolling),
+            ("spinning friction", law.spinning),
+        ];
+        for (what, value) in numbers {
             if let Some(value) = value.filter(|v| !(*v >= 0.0 && v.is_finite())) {
                 faults.push(ColliderFault::LawNumber { index, what, value });
             }
@@ -87,10 +93,15 @@ pub(crate) fn law_table(rules: &Rules, specs: &[&ColliderSpec]) -> Vec<u16> {
 /// Bodies welded together count as one: for each body (the world last) the first of its group.
 #[must_use]
 pub fn groups(multibody: &Multibody) -> Vec<usize> {
+    groups_with(multibody, &[])
+}
+
+/// Returns [`groups`], where the bodies named in `welded` count as welded to their parents, too.
+fn groups_with(multibody: &Multibody, welded: &[String]) -> Vec<usize> {
     let world = multibody.bodies().len();
     let mut group: Vec<usize> = (0..=world).collect();
     for (i, body) in multibody.bodies().iter().enumerate() {
-        if body.v().is_empty() {
+        if body.v().is_empty() || welded.iter().any(|name| name == body.name()) {
             group[i] = group[body.parent().map_or(world, |p| p.index())]; // parents come first
         }
     }
@@ -100,7 +111,11 @@ pub fn groups(multibody: &Multibody) -> Vec<usize> {
 /// Pairs of [`groups`] that a hinge of fewer than six degrees of freedom joins.
 #[must_use]
 pub fn neighbours(multibody: &Multibody) -> Vec<(usize, usize)> {
-    let (world, group) = (multibody.bodies().len(), groups(multibody));
+    joined(multibody, &groups(multibody))
+}
+
+fn joined(multibody: &Multibody, group: &[usize]) -> Vec<(usize, usize)> {
+    let world = multibody.bodies().len();
     let bodies = multibody.bodies().iter().enumerate();
     let joined = bodies.filter(|(_, b)| (1..6).contains(&b.v().len()));
     joined.map(|(i, b)| (group[i], group[b.parent().map_or(world, |p| p.index())])).collect()
@@ -114,11 +129,11 @@ pub(crate) fn table(
     multibody: &Multibody,
 ) -> Vec<bool> {
     let world = multibody.bodies().len();
-    let group = groups(multibody);
+    let group = groups_with(multibody, &rules.welded);
     let place = |name: &str| {
         if name == WORLD { Some(world) } else { multibody.body(name).map(|b| b.index()) }
     };
-    let mut joined = neighbours(multibody);
+    let mut joined = joined(multibody, &group);
     let loops = rules.joined.iter().filter_map(|[a, b]| Some((group[place(a)?], group[place(b)?])));
     joined.extend(loops);
     // The machines that each collider belongs to.

@@ -117,6 +117,20 @@ impl Default for Material {
     }
 }
 
+/// Resistance of a surface to rolling and to spinning on the spot. That of a pair is the larger of the two.
+///
+/// ```text
+/// |m_t| ≤ rolling · N      moment across the normal, against the relative rotation (N m)
+/// |m_n| ≤ spinning · N     moment about the normal
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Resistance {
+    /// Coefficient of rolling friction, m: the offset of the normal force ahead of the contact point.
+    pub rolling: f64,
+    /// Coefficient of spinning friction, m; 2/3 μ r of a flat circular patch of radius r that presses evenly.
+    pub spinning: f64,
+}
+
 /// What two materials do to each other, where that is not what the numbers of their surfaces say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairLaw {
@@ -126,6 +140,10 @@ pub struct PairLaw {
     pub friction: Option<f64>,
     /// Coefficient of restitution between them; `None`: the larger of the surfaces'.
     pub restitution: Option<f64>,
+    /// Coefficient of rolling friction between them, m; `None`: the larger of the surfaces'.
+    pub rolling: Option<f64>,
+    /// Coefficient of spinning friction between them, m; `None`: the larger of the surfaces'.
+    pub spinning: Option<f64>,
 }
 
 /// A material that differs from place to place: a function of the point in the shape's frame C (m).
@@ -202,6 +220,11 @@ pub struct ColliderSpec {
     pub hidden: Visibility,
     /// How it rubs and bounces.
     pub material: Material,
+    /// How it resists rolling and spinning; nothing by default.
+    pub resistance: Resistance,
+    /// Velocity of the surface relative to the body, m/s, axes of the body: a belt or a track. Only its part along the surface
+    /// acts, at each contact point.
+    pub surface_velocity: Vec3,
     /// What its material is called, for [`Rules::laws`].
     pub material_name: Option<String>,
     /// How it rubs and bounces where that differs from place to place; goes before `material`.
@@ -225,6 +248,8 @@ impl ColliderSpec {
             discs: 0,
             hidden: Visibility::Shown,
             material: Material::default(),
+            resistance: Resistance::default(),
+            surface_velocity: Vec3::zeros(),
             material_name: None,
             varies: None,
         }
@@ -254,6 +279,8 @@ pub enum Neighbours {
 pub struct Rules {
     /// Bodies joined by a hinge of fewer than six degrees of freedom, or by a loop.
     pub neighbours: Neighbours,
+    /// Bodies that count as welded to their parents although their hinge has a coordinate that never moves.
+    pub welded: Vec<String>,
     /// Pairs of bodies that a loop joins: neighbours as if by a hinge.
     pub joined: Vec<[String; 2]>,
     /// Pairs that do not meet.

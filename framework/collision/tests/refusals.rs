@@ -106,6 +106,8 @@ fn all_mistakes_are_reported_at_once_with_a_remedy_each() {
             materials: ["steal".into(), "terrain".into()],
             friction: Some(f64::NAN),
             restitution: Some(0.1),
+            rolling: None,
+            spinning: None,
         }],
         ..Rules::default()
     };

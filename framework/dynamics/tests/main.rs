@@ -14,6 +14,7 @@ mod ensemble;
 mod flexible;
 mod flexible_motion;
 mod frames;
+mod hinge_loads;
 mod identities;
 mod inverse_kinematics;
 mod operational;

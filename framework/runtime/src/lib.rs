@@ -66,8 +66,8 @@ pub use plan::{
     Sum, TickWork, Variable, Via, Watched, WirePlan,
 };
 pub use ports::{
-    AddedMass, BodyMass, ContactLoad, Direction, HingeAccel, HingeState, HingeTorque, Lane, Lanes,
-    NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, Wrench,
+    AddedMass, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad, HingeState, HingeTorque,
+    Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
@@ -103,8 +103,8 @@ pub mod prelude {
     };
     pub use crate::{
         AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
-        Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle, HingeAccel, HingeState,
-        HingeTorque, Lanes, Light, Model, NodeAccel, NodeState, Overlay, OverlayTile,
+        Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle, HingeAccel, HingeLoad,
+        HingeState, HingeTorque, Lanes, Light, Model, NodeAccel, NodeState, Overlay, OverlayTile,
         OverlayValues, PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site,
         SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction, Vertical,
         View, World, Wrench,

@@ -32,6 +32,8 @@ pub enum PortKind {
     BodyMass,
     /// Force of what a body touches, and where it acts.
     ContactLoad,
+    /// Force and moment that a hinge transmits to its body.
+    HingeLoad,
     /// What the ground does to a wheel that slides over it slowly.
     Traction,
     /// Angle and rate of a hinge coordinate.
@@ -219,6 +221,11 @@ impl PortSpec {
             PortKind::ContactLoad => {
                 let mut v = xyz(".force", "N").to_vec();
                 v.extend(xyz(".point", "m"));
+                v
+            }
+            PortKind::HingeLoad => {
+                let mut v = xyz(".force", "N").to_vec();
+                v.extend(xyz(".moment", "N m"));
                 v
             }
             PortKind::Traction => {
@@ -503,6 +510,15 @@ composite!(
         force: Vec3 = 0,
         /// Where it acts, weighted by normal forces, W (m); the body's origin when nothing touches.
         point: Vec3 = 3
+    }
+);
+composite!(
+    /// Force and moment on a body through its hinge, about the origin and in the axes of the hinge's frame on the body.
+    HingeLoad, HingeLoad, 6, {
+        /// Force (N).
+        force: Vec3 = 0,
+        /// Moment (N m).
+        moment: Vec3 = 3
     }
 );
 composite!(

@@ -11,15 +11,21 @@
 //! r = min(c, 1/τ),  ż = v − r z,  θ̇ = ω − r θ               τ: fast slip is followed no faster
 //! F = −k_t z − d_t ż,  T = −ρ² (k_t θ + d_t θ̇),  scaled down to the cone √(|F|² + T²/ρ²) ≤ μ N
 //! ```
+//! Where colliders resist rolling and spinning, a moment −N (μ_r ω_t / √(ω_t² + ε²) + μ_s ω_n / √(ω_n² + ε²)) acts, smooth at rest:
+//! what should come to rest slows down exponentially below ε = 0.05 rad/s. A surface that moves over its body adds its velocity to v.
+//!
 //! What of z is along n, after n has turned, relaxes. Without contact bristles relax. Forces are continuous where depth and normals are.
 
 use crate::contact_law::{RELAX, gives_way, normal_force};
-use linkwork_collision::{ColliderId, Colliders, ContactPoint, Query, Scratch};
+use linkwork_collision::{ColliderId, Colliders, ContactPoint, Query, Resistance, Scratch};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Motion, Pose, Vec3};
 use std::sync::Arc;
 use thiserror::Error;
+
+/// ε: relative rotation over which rolling and spinning friction rise, rad/s.
+const RISES: f64 = 0.05;
 
 /// Numbers of state for each pair.
 pub const BRISTLE: usize = 4;
@@ -207,11 +213,48 @@ impl CompliantContact {
             }
             let z = Vec3::new(state[0], state[1], state[2]);
             let touching = &self.points[from..at];
-            let ((z_dot, spin), load) = press(settings, tree, ws, touching, z, state[3]);
+            let extra = Surfaces::of(&self.colliders, tree, ws, touching);
+            let ((z_dot, spin), load) = press(settings, &extra, tree, ws, touching, z, state[3]);
             self.loads.extend(load);
             rate[..3].copy_from_slice(z_dot.as_slice());
             rate[3] = spin;
         }
+    }
+}
+
+/// Resistance of a pair of surfaces to rolling and spinning, and their own motion.
+#[derive(Default)]
+struct Surfaces {
+    resistance: Resistance,
+    /// Surface velocity of b minus surface velocity of a, W.
+    belt: Vec3,
+}
+
+impl Surfaces {
+    fn of(colliders: &Colliders, tree: &Tree, ws: &Workspace, points: &[ContactPoint]) -> Self {
+        let Some(p) = points.first() else { return Self::default() };
+        let mut out = Self::default();
+        if colliders.resists() {
+            out.resistance = colliders.resistance(p.a, p.b);
+        }
+        if colliders.conveys() {
+            let moves = |id, body: Option<BodyId>| {
+                let s = colliders.spec(id).surface_velocity;
+                body.map_or(s, |b| ws.body_rotation(tree, b) * s)
+            };
+            out.belt = moves(p.b, p.body_b) - moves(p.a, p.body_a);
+        }
+        out
+    }
+
+    /// Moment on b against relative rotation `w` under the normal force N n.
+    fn moment(&self, w: &Vec3, n: &Vec3, N: f64) -> Vec3 {
+        let Resistance { rolling, spinning } = self.resistance;
+        let about = n.dot(w);
+        let across = w - n * about;
+        let part = |x2: f64| 1.0 / (x2 + RISES * RISES).sqrt();
+        -N * (across * (rolling * part(across.norm_squared()))
+            + n * (spinning * about * part(about * about)))
     }
 }
 
@@ -247,6 +290,7 @@ fn apply(tree: &Tree, ws: &mut Workspace, p: &ContactPoint, at: &Vec3, w: Force)
 /// Forces of one pair; returns the rates of its bristle, and its load where it presses.
 fn press(
     k: &CompliantSettings,
+    extra: &Surfaces,
     tree: &Tree,
     ws: &mut Workspace,
     points: &[ContactPoint],
@@ -276,17 +320,24 @@ fn press(
         let point = points[0].point + patch.center / N;
         Some(PairLoad { body_a, body_b, force, point, pressure: N })
     };
+    let n = patch.normal.normalize();
+    if extra.resistance != Resistance::default() {
+        let p = &points[0];
+        let (a, b) =
+            (velocity(tree, ws, p.body_a, &p.point), velocity(tree, ws, p.body_b, &p.point));
+        let moment = extra.moment(&(b.angular - a.angular), &n, N);
+        apply(tree, ws, p, &p.point, Force::new(moment, Vec3::zeros()));
+    }
     if !(limit > 0.0) {
         return ((-z / RELAX, -theta / RELAX), load(patch.normal));
     }
-    let n = patch.normal.normalize();
     let offset = patch.center / N;
     let c = points[0].point + offset;
     let rho2 = (patch.spread / N - offset.norm_squared()).max(0.0) + k.radius * k.radius;
     let p = &points[0];
     let (a, b) = (velocity(tree, ws, p.body_a, &c), velocity(tree, ws, p.body_b, &c));
     let across = |x: Vec3| x - n * n.dot(&x);
-    let (v, w) = (across(b.linear - a.linear), (b.angular - a.angular).dot(&n));
+    let (v, w) = (across(b.linear - a.linear + extra.belt), (b.angular - a.angular).dot(&n));
     let off = n * n.dot(&z);
     let z = z - off;
     let bent = (z.norm_squared() + rho2 * theta * theta).sqrt();

@@ -412,6 +412,26 @@ impl ConstrainedSolver {
 }
 
 impl ConstrainedSolver {
+    /// How independent the rows of the constraints are at the last solution or projection: 1 and less, 0 where their rank drops, as in a
+    /// parallelogram whose links are in line. Near such a configuration it is about the angle (rad) that is left to it.
+    #[must_use]
+    pub fn independence(&self) -> f64 {
+        let rows = if self.order.is_empty() { 1.0 } else { self.W.weakest.sqrt() };
+        self.uw.weakest().min(rows)
+    }
+
+    /// Adds the forces of all loops at the last solution to the external forces of the workspace, which has to be at the state of that
+    /// solution. Couplings act within hinges: theirs are not among them.
+    pub fn add_loop_forces(&mut self, tree: &Tree, ws: &mut Workspace, motions: &[LoopMotion]) {
+        self.settle(tree, &mut []);
+        let mbs = tree.multibody();
+        for i in 0..mbs.loops().len() {
+            let (at, n) = (self.place[i], mbs.rows(ConstraintId::Loop(i as u32)));
+            let forces = &self.forces[at..at + n];
+            self.units.add_loop_forces(ws, &self.uw, i, forces, motions);
+        }
+    }
+
     /// Constraints of which rows repeated others at the last solution, by constraint. Of rows that
     /// depend on each other the later ones in the order of elimination are named, of embedded loops those
     /// that were not chosen as pivots: which of the group it is, is not unique. Allocates.

@@ -16,6 +16,9 @@ use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use thiserror::Error;
 
+/// A loop counts as closed below this many tolerances where no step reduces its error.
+const STUCK: f64 = 100.0;
+
 /// How far closing went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Closing {
@@ -91,7 +94,12 @@ impl Projector {
         let mut closing = Closing { steps: 0, before: error, error };
         let mut scale = 1.0;
         while !(closing.error <= self.tolerance) {
-            if closing.steps == self.steps_max || scale < 1e-3 || !closing.error.is_finite() {
+            // Where links are nearly in line a row is left out, and what it lacks is of second order.
+            let stuck = closing.steps == self.steps_max || scale < 1e-3;
+            if stuck && closing.error <= STUCK * self.tolerance {
+                break;
+            }
+            if stuck || !closing.error.is_finite() {
                 if !closing.error.is_finite() {
                     return Err(SolverError::NotFinite.into());
                 }

@@ -37,6 +37,8 @@ pub(crate) struct Skyline {
     /// What rows left out lacked at the last solution.
     lack: Vec<[f64; WIDTH]>,
     pub rank: usize,
+    /// The least part of its size that is left of a row which was kept.
+    pub weakest: f64,
 }
 
 impl Skyline {
@@ -50,7 +52,7 @@ impl Skyline {
         let zero = [f64x4::splat(0.0); WIDTH];
         let (d_inv, lack) = (vec![[0.0; WIDTH]; n], vec![[0.0; WIDTH]; n]);
         let (a, inverse, behind) = (vec![zero; size], vec![zero; n], vec![zero; n]);
-        Self { rows, first, start, a, inverse, behind, d_inv, lack, rank: 0 }
+        Self { rows, first, start, a, inverse, behind, d_inv, lack, rank: 0, weakest: 1.0 }
     }
 
     /// Sets a block of the lower triangle from its columns.
@@ -63,6 +65,7 @@ impl Skyline {
     /// left of larger terms that cancel.
     pub fn factor(&mut self, size: impl Fn(usize) -> [f64; WIDTH]) {
         self.rank = 0;
+        self.weakest = 1.0;
         let mut greatest: f64 = 0.0;
         for g in 0..self.first.len() {
             greatest = size(g).into_iter().fold(greatest, f64::max);
@@ -100,6 +103,9 @@ impl Skyline {
                 let keep = d > (RANK * was[j].max(size[j])).max(least);
                 d_inv[j] = if keep { 1.0 / d } else { 0.0 };
                 self.rank += usize::from(keep);
+                if keep {
+                    self.weakest = self.weakest.min(d / was[j].max(size[j]));
+                }
                 // Strictly below the diagonal.
                 let l = column * f64x4::splat(d_inv[j]) * f64x4::new(BELOW[j]);
                 for p in j + 1..WIDTH {

@@ -2,7 +2,7 @@
 //! bristles hold what is parked and let slide what is pushed.
 
 use crate::scene::{Run, Scene, solid_ball, solid_box, turned};
-use linkwork_collision::{Colliders, Material, Shape};
+use linkwork_collision::{Colliders, Material, Resistance, Shape};
 use linkwork_dynamics::spatial::{Pose, Vec3};
 use linkwork_dynamics::{forward_dynamics_given_kinematics, kinematics};
 use linkwork_integrate::{Field, Integrator, Method};
@@ -157,6 +157,47 @@ fn bristles_slide_and_spin() {
     let mut s = start(rates(2, 3.0));
     (0..4000).for_each(|_| s.step(2e-4));
     assert!(s.run.v.iter().all(|v| v.abs() < 1e-6), "{:?}", s.run.v);
+}
+
+/// Rolling and spinning friction as of impulses: 5/7 g μ_r / r, and I ω / (μ_s m g).
+#[test]
+fn a_ball_rolls_and_spins_to_rest() {
+    let (mu, r, g) = (0.004, 0.1, 9.81);
+    let start = |resistance, rates: [f64; 6]| {
+        let mut s = ball(-2e-5, 0.8);
+        s.colliders[0].resistance = resistance;
+        s.start[0].2 = rates;
+        Smooth::new(&s, CompliantSettings { stiffness: 5e5, damping: 5.0, ..Default::default() })
+    };
+    let mut s = start(Resistance { rolling: mu, spinning: 0.0 }, [0.0, 5.0, 0.0, 0.5, 0.0, 0.0]);
+    (0..5000).for_each(|_| s.step(2e-4));
+    let w = Vec3::new(s.run.v[0], s.run.v[1], s.run.v[2]).norm();
+    let want = (0.5 - 5.0 / 7.0 * g * mu / r) / r;
+    assert!((w - want).abs() < 0.01 * want, "{w} {want}");
+    (0..6000).for_each(|_| s.step(2e-4));
+    let w = Vec3::new(s.run.v[0], s.run.v[1], s.run.v[2]).norm();
+    assert!(w < 1e-3, "{w}");
+    let mut s = start(Resistance { rolling: 0.0, spinning: mu }, [0.0, 0.0, 9.0, 0.0, 0.0, 0.0]);
+    (0..1000).for_each(|_| s.step(2e-4));
+    // The radius of the contact, 1 mm, resists by 0.8 · 1 mm · N as well.
+    let want = 9.0 - 0.2 * (mu + 0.8e-3) * g / (0.4 * r * r);
+    assert!((s.run.v[2] - want).abs() < 0.05, "{} {want}", s.run.v[2]);
+}
+
+/// A box on a belt slides for v / (μ g), then moves with it.
+#[test]
+fn a_belt_carries_a_box() {
+    let (half, rough) = (Vec3::new(0.2, 0.2, 0.05), Material { friction: 0.4, restitution: 0.0 });
+    let mut s = Scene::default();
+    s.ground(rough);
+    s.colliders[0].surface_velocity = Vec3::new(0.0, 1.2, 0.0);
+    let at = Pose::translation(0.0, 0.0, half.z - 5e-5);
+    s.body("box", solid_box(2.0, half), Shape::Box { half }, rough, at, [0.0; 6]);
+    let mut s = Smooth::new(&s, CompliantSettings { damping: 5.0, ..Default::default() });
+    (0..1000).for_each(|_| s.step(2e-4));
+    assert!((s.run.v[4] - 0.4 * 9.81 * 0.2).abs() < 0.02, "{:?}", s.run.v);
+    (0..2000).for_each(|_| s.step(2e-4));
+    assert!((s.run.v[4] - 1.2).abs() < 1e-3, "{:?}", s.run.v);
 }
 
 #[test]

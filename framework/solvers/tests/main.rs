@@ -21,6 +21,7 @@ mod loops;
 mod mechanisms;
 mod planar_rover;
 mod refusals;
+mod resistance;
 mod rolling;
 mod scene;
 mod support;

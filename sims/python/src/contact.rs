@@ -95,18 +95,18 @@ fn setting(what: &str, given: Option<f64>, default: f64, zero: bool) -> PyResult
     Err(refuse_with(format!("`{what}` is {x}"), help))
 }
 
-/// Of pairs of materials: friction and restitution, by name.
+/// Friction, restitution, rolling and spinning friction by name, for pairs of materials.
 type Laws = BTreeMap<(String, String), BTreeMap<String, f64>>;
 
 fn laws(pairs: Laws) -> PyResult<Vec<PairLaw>> {
     let law = |((a, b), numbers): ((String, String), BTreeMap<String, f64>)| {
-        let known = ["friction", "restitution"];
+        let known = ["friction", "restitution", "rolling_friction", "spinning_friction"];
         if let Some(wrong) = numbers.keys().find(|k| !known.contains(&k.as_str())) {
             let fact = format!("`pairs`: ({a:?}, {b:?}) has no `{wrong}`");
-            return Err(refuse_with(fact, "give friction, restitution, or both"));
+            return Err(refuse_with(fact, &format!("give some of {}", known.join(", "))));
         }
-        let [friction, restitution] = known.map(|k| numbers.get(k).copied());
-        Ok(PairLaw { materials: [a, b], friction, restitution })
+        let [friction, restitution, rolling, spinning] = known.map(|k| numbers.get(k).copied());
+        Ok(PairLaw { materials: [a, b], friction, restitution, rolling, spinning })
     };
     pairs.into_iter().map(law).collect()
 }

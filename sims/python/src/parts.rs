@@ -15,8 +15,8 @@
 //! lw.Simulation("sim.ron", models={"demo.pd": Pd})
 //! ```
 //! In place of a unit `"bool"`, or what the port binds to, under its own name: `"hinge state"` [angle, rate],
-//! `"node state"` [position, rotation x y z w, angular, velocity], `"node acceleration"` [angular, linear];
-//! as outputs `"hinge torque"`, `"hinge acceleration"`, `"wrench"` [moment, force]; W axes, SI.
+//! `"node state"` [position, rotation x y z w, angular, velocity], `"node acceleration"` [angular, linear],
+//! `"hinge load"` [force, moment] of a body's hinge in the axes of its frame; as outputs `"hinge torque"`, `"hinge acceleration"`, `"wrench"` [moment, force]; W axes, SI.
 //! Each run has an object of its own for each part. What `step` remembers in `self` is state of the run:
 //! `save()` gives it (bytes, text, or what JSON can say) and `load(saved)` takes it back. Without the two,
 //! and without `stateless = True`, checkpoints and forks are refused.
@@ -168,10 +168,11 @@ impl Class {
 }
 
 /// Ports that bind to the mechanism under their own names: word, kind, numbers, which side.
-const BOUND: [(&str, PortKind, usize, &str); 6] = [
+const BOUND: [(&str, PortKind, usize, &str); 7] = [
     ("hinge state", PortKind::HingeState, 2, "inputs"),
     ("node state", PortKind::NodeState, 13, "inputs"),
     ("node acceleration", PortKind::NodeAccel, 6, "inputs"),
+    ("hinge load", PortKind::HingeLoad, 6, "inputs"),
     ("hinge torque", PortKind::HingeTorque, 1, "outputs"),
     ("hinge acceleration", PortKind::HingeAccel, 1, "outputs"),
     ("wrench", PortKind::Wrench, 6, "outputs"),

@@ -3,6 +3,7 @@
 mod errors;
 mod grasp;
 mod impacts;
+mod loads;
 mod machines;
 mod manipulation;
 mod pages;

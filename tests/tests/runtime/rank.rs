@@ -135,3 +135,57 @@ fn every_treatment_reports() {
     let plan = common::scene(&four_bar("", "", LOOP), &[]).unwrap().plan().clone();
     assert!(Simulation::new(Arc::clone(&plan)).remarks().is_empty());
 }
+
+/// A parallelogram that turns through the positions in which its links are in line, where it could go on as an anti-parallelogram: it stays
+/// what it is (the coupler keeps its direction), or the run ends with a message. Before, seventh-order and stiff methods changed the branch
+/// or stopped the machine without a word.
+#[test]
+fn a_parallelogram_in_line_stays_one_or_is_reported() {
+    let text = |solve: &str, integrator: &str| {
+        let link = |x: f64| {
+            format!(
+                r#"(parent: "world", at: (position: [{x}, 0, 0]), hinge: Pin([0, 0, -1]), mass: 1, com: [0, 0.5, 0], inertia: [0.0833333, 0.001, 0.0833333], initial: (angle: 0, rate: 1), nodes: {{ "top": (position: [0, 1, 0]) }})"#
+            )
+        };
+        format!(
+            r#"Simulation(bodies: {{ "v0": {}, "v1": {},
+                "h0": (parent: "v0/top", hinge: Pin([0, 0, -1]), mass: 1, com: [0.5, 0, 0], inertia: [0.001, 0.0833333, 0.0833333], initial: (angle: 0, rate: -1)) }},
+                loops: {{ "l0": (a: "h0", at_a: (position: [1, 0, 0]), b: "v1", at_b: (position: [0, 1, 0]), hinge: Pin([0, 0, -1]), solve: {solve}) }},
+                parts: {{ "G": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, -9.81, 0] }}) }}, {integrator}, until: "10 s")"#,
+            link(0.0),
+            link(1.0)
+        )
+    };
+    let (mut right, mut reported) = (0, 0);
+    for solve in ["Auto", "Augment"] {
+        let mut all = vec![r#"step: "1 ms", integrator: "rk4""#.to_string()];
+        for method in ["bogacki_shampine_32", "dormand_prince_54", "verner_87", "rodas4p"] {
+            for accuracy in ["1e-6", "1e-9", "1e-12"] {
+                all.push(format!(
+                    r#"step: "50 ms", integrator: "{method}", accuracy: (relative: {accuracy}, absolute: {accuracy})"#
+                ));
+            }
+        }
+        for integrator in all {
+            let mut sim =
+                common::scene(&text(solve, &integrator), &[]).unwrap_or_else(|e| panic!("{e}"));
+            match sim.run_until(Seconds { num: 10, den: 1 }) {
+                Ok(_) => {
+                    let [v, h] = ["v0.angle", "h0.angle"].map(|n| sim.get(n).unwrap());
+                    assert!((v + h).abs() < 1e-3, "{solve} {integrator}: {v} {h}");
+                    assert!((v - 31.9147).abs() < 0.1, "{solve} {integrator}: {v}");
+                    right += 1;
+                }
+                Err(e) => {
+                    let told = e.to_string();
+                    let known = ["lose rank", "does not advance", "the least there is"];
+                    assert!(known.iter().any(|k| told.contains(k)), "{solve} {integrator}: {told}");
+                    assert!(!integrator.contains("rk4"), "{told}");
+                    reported += 1;
+                }
+            }
+        }
+    }
+    println!("{right} on the right branch, {reported} reported");
+    assert!(right >= 14, "{right} of {}", right + reported);
+}

@@ -1,13 +1,13 @@
 //! Colliders as written, with their groups and surfaces.
 use crate::body::solid::{colliding, seen};
 use crate::schema::describe::Schema;
-use crate::schema::kind::{At, Kind, color, flag, number, raw, text, texts, whole};
+use crate::schema::kind::{At, Kind, color, flag, number, raw, text, texts, vector, whole};
 use crate::schema::record::{Presence, record};
 use crate::text::report::Cx;
 use crate::text::value::Text;
 use linkwork_collision::{ColliderSpec, OnTerrain, Shape, Visibility};
 use linkwork_runtime::{Located, Origin, Value};
-use linkwork_spatial::{Pose, Quat};
+use linkwork_spatial::{Pose, Quat, Vec3};
 
 record! {
     /// What a shape of a body says when it collides, and a collider of its own.
@@ -28,6 +28,12 @@ record! {
         friction: Option<f64> = number("").at_least(0.0).maybe(),
         /// Coefficient of restitution; a pair takes the larger.
         restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),
+        /// Coefficient of rolling friction: the moment across the normal for each newton of normal force; a pair takes the larger.
+        rolling_friction: Option<f64> = number("m").at_least(0.0).maybe(),
+        /// Coefficient of spinning friction: the moment about the normal for each newton; a pair takes the larger.
+        spinning_friction: Option<f64> = number("m").at_least(0.0).maybe(),
+        /// Velocity of the surface over its body, axes of the body: a belt or a track.
+        surface_velocity: Option<Vec3> = vector("m/s").maybe(),
         /// Not there when the run begins.
         hidden: bool = flag().or(false),
         /// A simpler shape in the same frame, for queries that ask for it.
@@ -85,6 +91,8 @@ pub(crate) struct Collider {
     pub meets: Option<Vec<Text>>,
     pub friction: Option<f64>,
     pub restitution: Option<f64>,
+    pub rolling: Option<f64>,
+    pub spinning: Option<f64>,
     pub origin: Origin,
 }
 
@@ -97,7 +105,9 @@ impl Collider {
         spec.hidden = if s.hidden { Visibility::Hidden } else { Visibility::Shown };
         spec.terrain = if s.terrain { OnTerrain::Collide } else { OnTerrain::Pass };
         spec.material_name = s.material.map(|m| m.text);
+        spec.surface_velocity = s.surface_velocity.unwrap_or_else(Vec3::zeros);
         let Surface { group, meets, friction, restitution, .. } = s;
-        Collider { spec, groups: group, meets, friction, restitution, origin }
+        let (rolling, spinning) = (s.rolling_friction, s.spinning_friction);
+        Collider { spec, groups: group, meets, friction, restitution, rolling, spinning, origin }
     }
 }

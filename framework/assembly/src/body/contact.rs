@@ -33,6 +33,10 @@ record! {
         friction: f64 = number("").at_least(0.0).or(linkwork_collision::Material::default().friction),
         /// Coefficient of restitution of surfaces that say nothing.
         restitution: f64 = number("").within(0.0, 1.0).or(linkwork_collision::Material::default().restitution),
+        /// Coefficient of rolling friction of surfaces that say nothing.
+        rolling_friction: f64 = number("m").at_least(0.0).or(0.0),
+        /// Coefficient of spinning friction of surfaces that say nothing.
+        spinning_friction: f64 = number("m").at_least(0.0).or(0.0),
         /// Whether limits of hinges hold.
         limits: bool = flag().or(true),
         /// Dry friction of coordinates: `"hinge:arm": "2 N m"`.
@@ -61,6 +65,8 @@ record! {
         ignore: Vec<Vec<Text>> = list_of(list_of(text())).or(Vec::new()),
         /// Neighbours that meet; `ignore` goes before.
         collide: Vec<Vec<Text>> = list_of(list_of(text())).or(Vec::new()),
+        /// Pairs of bodies that report the force on the first from the second, or from `world`.
+        pair_forces: Vec<Vec<Text>> = list_of(list_of(text())).or(Vec::new()),
         /// What pairs of materials do to each other; the first that fits counts.
         pairs: Vec<PairForm> = list_of(of::<PairForm>()).or(Vec::new()),
         /// Documentation.
@@ -79,6 +85,10 @@ record! {
         friction: Option<f64> = number("").at_least(0.0).maybe(),
         /// Coefficient of restitution.
         restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),
+        /// Coefficient of rolling friction.
+        rolling_friction: Option<f64> = number("m").at_least(0.0).maybe(),
+        /// Coefficient of spinning friction.
+        spinning_friction: Option<f64> = number("m").at_least(0.0).maybe(),
         /// Stiffness of compliant contact, N/m^exponent.
         stiffness: Option<f64> = number("").positive().maybe(),
         /// Exponent of its penetration.

@@ -13,14 +13,14 @@ use crate::body::collider::Collider;
 use crate::body::hinge::{Drive, hinge};
 use crate::body::modes::modes;
 use crate::body::shapes::{BodyShape, Shapes, shapes};
-use crate::schema::kind::{At, raw, table_of, text};
+use crate::schema::kind::{At, flag, raw, table_of, text};
 use crate::schema::read::{fields, name};
 use crate::schema::record::{Presence, Record, of, record};
 use crate::text::report::Cx;
 use crate::text::value::Text;
-use linkwork_multibody::{Hinge, Modes};
+use linkwork_multibody::{Coordinate, Hinge, Modes, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Start};
-use linkwork_spatial::{MassProperties, Pose};
+use linkwork_spatial::{MassProperties, Pose, Vec3};
 
 record! {
     /// A body, beside its mass and the drive of its hinge.
@@ -35,6 +35,8 @@ record! {
         hinge_frame: Pose = of::<Pose>().or(Pose::identity()),
         /// Where it starts and how it moves then.
         initial: Option<Located> = raw(initial::schema).maybe(),
+        /// Report the force and moment that its hinge transmits, and the effort at its coordinates.
+        reaction: bool = flag().or(false),
         /// How it bends.
         modes: Option<Modes> = modes().maybe(),
         /// What it looks like, and what of it collides.
@@ -67,6 +69,10 @@ pub(crate) struct Body {
     /// Place in `shapes`, collider.
     pub colliders: Vec<(usize, Collider)>,
     pub nodes: Vec<(String, Pose, Origin)>,
+    /// Whether its hinge reports its load.
+    pub reaction: bool,
+    /// Its hinge is locked, and a coordinate that never moves stands for it so that its load is known.
+    pub held: bool,
     pub origin: Origin,
     /// Where mass and inertia are written, for faults about them.
     pub inertia_origin: Origin,
@@ -84,6 +90,14 @@ pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, at: &At<'_>) -> Option<
     hinge::options(cx, v, at, &mut hinge.subhinges);
     let (q, rates, start) = initial::read(cx, form.initial.as_ref(), &hinge, &at.field("initial"));
     let kept = initial::kept(form.initial.as_ref(), &hinge);
+    let held = form.reaction && hinge.subhinges.iter().all(|s| s.kind == SubhingeKind::Locked);
+    let (q, rates, kept) = if held {
+        hinge = Hinge::pin(Vec3::z());
+        hinge.subhinges[0].coordinate = Coordinate::Prescribed;
+        (vec![0.0], vec![0.0], [vec![true], vec![true]])
+    } else {
+        (q, rates, kept)
+    };
     let mass = MassProperties::read_fields(cx, v, at).unwrap_or_else(MassProperties::massless);
     for (key, _) in &form.nodes {
         name(cx, &key.text, key.origin, "node");
@@ -103,6 +117,8 @@ pub(crate) fn read(cx: &mut Cx, full: &str, v: &Located, at: &At<'_>) -> Option<
         start,
         shapes: shown,
         colliders,
+        reaction: form.reaction,
+        held,
         nodes: form.nodes.into_iter().map(|(key, p)| (key.text, p, key.origin)).collect(),
         origin,
         inertia_origin: v.get("inertia").or(v.get("mass")).map_or(origin, |i| i.origin),

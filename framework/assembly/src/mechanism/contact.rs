@@ -13,7 +13,7 @@ use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, map, outer};
 use linkwork_collision::{
-    ColliderFault, ColliderSpec, Colliders, Material, PairLaw, Rules, TERRAIN,
+    ColliderFault, ColliderSpec, Colliders, Material, PairLaw, Resistance, Rules, TERRAIN,
 };
 use linkwork_multibody::{BodySpec, Multibody, Subhinge};
 use linkwork_runtime::{Located, Origin, Value, remedy};
@@ -32,10 +32,13 @@ pub(crate) struct Contact {
     pub compliant: Option<CompliantLaws>,
     rules: Rules,
     material: Material,
+    resistance: Resistance,
     /// Whether every collider could be read.
     complete: bool,
     /// Body, which of its one-dof coordinates, force.
     dry: Vec<(String, usize, f64)>,
+    /// Pairs of bodies that report their force.
+    pub pair_forces: Vec<[String; 2]>,
     /// Path of the terrain, as written.
     pub terrain: Option<String>,
     /// The fields with references from the top.
@@ -66,7 +69,7 @@ pub(crate) fn read(
     let all = outermost(instances);
     let apart = apart(cx, instances, bodies);
     let none = |apart| {
-        let rules = Rules { apart, ..Rules::default() };
+        let rules = Rules { apart, welded: welded(bodies), ..Rules::default() };
         Contact { complete, rules, ..Contact::default() }
     };
     let Some((here, v)) = all.first() else { return none(apart) };
@@ -93,13 +96,18 @@ pub(crate) fn read(
         ignore: scope.pairs(cx, v, &form.ignore, "ignore"),
         collide: scope.pairs(cx, v, &form.collide, "collide"),
         joined: Vec::new(),
+        welded: welded(bodies),
         apart,
         laws: laws(cx, v, &form, (colliders, complete)),
     };
+    let pair_forces = scope.pairs(cx, v, &form.pair_forces, "pair_forces");
+    let pair_forces = of_bodies(cx, v, bodies, colliders, complete, pair_forces);
     let mut out = Contact {
+        pair_forces,
         settings: Some(form.settings()),
         rules,
         material: Material { friction: form.friction, restitution: form.restitution },
+        resistance: Resistance { rolling: form.rolling_friction, spinning: form.spinning_friction },
         complete,
         dry: dry(cx, &form.dry, root, &here.path, bodies, &at.field("dry")),
         compliant: form.compliant.map(|usual| CompliantLaws {
@@ -111,6 +119,11 @@ pub(crate) fn read(
     };
     out.resolved = Some(resolved(v, &out));
     out
+}
+
+/// Bodies on locked hinges that stand as coordinates.
+fn welded(bodies: &Bodies) -> Vec<String> {
+    bodies.iter().filter(|(_, (b, _))| b.held).map(|(name, _)| name.clone()).collect()
 }
 
 /// `pairs: [(a: "tyre", b: "rock", friction: 0.9), ..]`.
@@ -148,9 +161,48 @@ fn laws(
             materials: [a.text.clone(), b.text.clone()],
             friction: pair.friction,
             restitution: pair.restitution,
+            rolling: pair.rolling_friction,
+            spinning: pair.spinning_friction,
         });
     }
     out
+}
+
+/// Pairs of `pair_forces`, the terrain as the world: two bodies with colliders, or one and the world.
+fn of_bodies(
+    cx: &mut Cx,
+    v: &Located,
+    bodies: &Bodies,
+    colliders: &[Collider],
+    complete: bool,
+    mut pairs: Vec<[String; 2]>,
+) -> Vec<[String; 2]> {
+    let origin = v.get("pair_forces").map_or(v.origin, |p| p.origin);
+    for pair in &mut pairs {
+        if pair[1] == TERRAIN {
+            pair[1] = "world".into();
+        }
+        let [of, from] = &*pair;
+        let touches = |name: &String| colliders.iter().any(|c| c.spec.body == *name);
+        let known = |name: &String| bodies.contains_key(name);
+        let fact = if !known(of) {
+            format!("`{of}` is not a body: the first of a pair is the body on which the force acts")
+        } else if !known(from) && from != "world" {
+            format!("`{from}` is neither a body nor `world`")
+        } else if of == from {
+            format!("`{of}` and `{from}` are one body")
+        } else if let Some(name) = [of, from].into_iter().find(|n| known(n) && !touches(n)) {
+            format!("nothing touches `{name}`: no shape of it collides")
+        } else {
+            continue;
+        };
+        if complete {
+            let help =
+                "write [[\"body\", \"other body or world\"], ..]; the force is that on the first";
+            cx.fault(origin, format!("`contact`: `pair_forces`: {fact}"), help);
+        }
+    }
+    pairs
 }
 
 /// The bodies of each assembly with `self_collision: false`, those of its parts with them.
@@ -302,6 +354,7 @@ fn resolved(v: &Located, contact: &Contact) -> Located {
         let value = match key.as_str() {
             "ignore" => pairs(&contact.rules.ignore),
             "collide" => pairs(&contact.rules.collide),
+            "pair_forces" => pairs(&contact.pair_forces),
             "dry" => {
                 let dry = contact.dry.iter();
                 let dry =
@@ -370,6 +423,10 @@ pub(crate) fn colliders(
         spec.material = Material {
             friction: c.friction.unwrap_or(contact.material.friction),
             restitution: c.restitution.unwrap_or(contact.material.restitution),
+        };
+        spec.resistance = Resistance {
+            rolling: c.rolling.unwrap_or(contact.resistance.rolling),
+            spinning: c.spinning.unwrap_or(contact.resistance.spinning),
         };
         specs.push(spec);
     }

@@ -123,6 +123,9 @@ pub(crate) fn mechanism(
             None
         }
     };
+    let named = |which: &dyn Fn(&Body) -> bool| -> Vec<String> {
+        bodies.iter().filter(|(_, (b, _))| which(b)).map(|(name, _)| name.clone()).collect()
+    };
     let joined = std::mem::take(&mut constraints.joined);
     let colliders = contact::colliders(cx, &contact, all, joined, built.as_deref()).map(Arc::new);
     let grounds = grounds(colliders.as_deref(), &shapes);
@@ -150,6 +153,9 @@ pub(crate) fn mechanism(
                 .map(|(settings, colliders)| ContactSpec { colliders, settings }),
             compliant: colliders.clone().zip(contact.compliant),
             terrain: contact.terrain,
+            reactions: named(&|b| b.reaction),
+            held: named(&|b| b.held),
+            pair_forces: contact.pair_forces,
             kept,
             starts: starts(cx, &bodies),
             scenery: Scenery::of(shapes.iter().chain(&grounds).map(sight).collect()),

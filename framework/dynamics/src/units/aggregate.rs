@@ -61,6 +61,8 @@ pub(crate) struct Embedded {
     /// The greatest |S|² |w|² of each row: what is far below it is rounding.
     pub size: Vec<f64>,
     pub inconsistency: f64,
+    /// The least pivot of the last reduction, rows scaled to one; 1 without rows.
+    pub weakest: f64,
 }
 
 impl Embedded {
@@ -88,6 +90,7 @@ impl Embedded {
             size: vec![0.0; a.rows],
             reach: 0.0,
             inconsistency: 0.0,
+            weakest: 1.0,
         }
     }
 }

@@ -6,11 +6,49 @@
 //! y = D^{−1/2} ε                                    [`Units::impulse`] of it is M⁻¹ x
 //! ```
 
+use super::rows::WIDTH;
 use super::{Unit, Units, UnitsWork, floating};
-use crate::linear::V6;
+use crate::linear::{V3, V6};
 use crate::tree::Tree;
+use crate::work::Workspace;
+use linkwork_multibody::LoopMotion;
+use wide::f64x4;
 
 impl Units {
+    /// Adds the forces λ of a loop's rows (N or N m, one a row) to the external forces of the workspace: along each row's wrench on
+    /// body B and against it on body A. At the state of the last [`Units::gather`]; `which` is the loop's place among
+    /// [`Multibody::loops`](linkwork_multibody::Multibody::loops).
+    pub fn add_loop_forces(
+        &self,
+        ws: &mut Workspace,
+        uw: &UnitsWork,
+        which: usize,
+        lambda: &[f64],
+        motions: &[LoopMotion],
+    ) {
+        let closure = &self.closures[which];
+        let ends = closure.ends(&ws.work.kin, &uw.r, &self.root);
+        let mut at = 0;
+        for block in &closure.blocks {
+            let rows = block.rows(&ends, motions);
+            let mut x = [0.0; WIDTH];
+            x[..rows.n].copy_from_slice(&lambda[at..at + rows.n]);
+            at += rows.n;
+            let x = f64x4::new(x);
+            let sum = |a: &V3<f64x4>| {
+                V3::new((a.x * x).reduce_add(), (a.y * x).reduce_add(), (a.z * x).reduce_add())
+            };
+            let on_b = V6 { n: sum(&rows.wrench.n), f: sum(&rows.wrench.f) };
+            let on_a = V6 { n: -on_b.n, f: -on_b.f };
+            for ((slot, arm), wrench) in closure.slots.iter().zip(ends.arms).zip([on_a, on_b]) {
+                if *slot != 0 {
+                    let to = &mut ws.work.f_ext[*slot as usize];
+                    *to = *to + wrench.to_parent(arm);
+                }
+            }
+        }
+    }
+
     /// What forces x (nv) pull at the independent rates, `y` in the order of [`RowSet`](super::RowSet): the length of a
     /// difference of two such y is that of their forces in the metric of M⁻¹. After [`Units::gather`], which it leaves good for
     /// products only.

@@ -125,6 +125,7 @@ impl Units {
                 row.iter_mut().for_each(|x| *x /= greatest);
             }
         }
+        m.weakest = 1.0;
         loop {
             let mut best = (REDUNDANT, usize::MAX, 0);
             for (i, row) in m.gamma.chunks_exact(wide).enumerate() {
@@ -137,10 +138,11 @@ impl Units {
                     }
                 }
             }
-            let (_, i, j) = best;
+            let (pivot, i, j) = best;
             if i == usize::MAX {
                 break;
             }
+            m.weakest = m.weakest.min(pivot);
             (used_rows[i], used_columns[j]) = (true, true);
             m.pivots.push((i, j));
             let inverse = 1.0 / m.gamma[i * wide + j];

@@ -1,4 +1,5 @@
 //! The mechanism's operations, with its work space.
+use super::branch::Branch;
 use super::plan::MechanismPlan;
 use super::ports::Frame;
 use super::rolling::Rolls;
@@ -8,7 +9,9 @@ use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
 use crate::model::BuildError;
 use crate::ports::{Lane, NodeState};
 use crate::slopes::{Operation, Slopes};
-use linkwork_dynamics::{Tree, Workspace, forward_dynamics_given_kinematics, kinematics};
+use linkwork_dynamics::{
+    HingeLoads, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
+};
 use linkwork_multibody::{BodyId, LoopMotion};
 use linkwork_solvers::{
     CompliantContact, ConstrainedSolver, ContactStepper, Impulse, Projector, StepReport,
@@ -38,6 +41,9 @@ pub(super) struct MechanismBlock {
     pub(super) at: u64,
     pub(super) solver: Option<ConstrainedSolver>,
     projector: Projector,
+    branch: Branch,
+    /// Time of the last kinematics.
+    time: f64,
     pub(super) stepper: Option<ContactStepper>,
     pub(super) compliant: Option<CompliantContact>,
     pub(super) rolls: Option<Rolls>,
@@ -48,6 +54,8 @@ pub(super) struct MechanismBlock {
     pub(super) slopes: Option<Box<ForwardSlopes>>,
     pub(super) q: Vec<f64>,
     pub(super) dv: Vec<f64>,
+    /// Memory for the loads of hinges that report them.
+    pub(super) loads: Option<Box<HingeLoads>>,
     /// Sums of normal forces by body.
     pub(super) weights: Vec<f64>,
     /// The store: impulses of the last contacts.
@@ -87,6 +95,8 @@ impl MechanismBlock {
             at: NEVER,
             solver: plan.solver.clone(),
             projector: Projector::new(&plan.tree),
+            branch: Branch::new(if plan.solver.is_some() { nv } else { 0 }),
+            time: 0.0,
             stepper: plan.stepper(),
             compliant: plan.compliant_contact(),
             rolls: Rolls::of(&plan),
@@ -96,6 +106,7 @@ impl MechanismBlock {
             slopes: None,
             q: vec![0.0; nq],
             dv: vec![0.0; nv],
+            loads: (!plan.loads.is_empty()).then(|| Box::new(HingeLoads::new(&plan.tree))),
             weights: vec![0.0; plan.touched.len()],
             kept: Vec::new(),
             unsolved: None,
@@ -120,15 +131,18 @@ impl MechanismBlock {
         self.motion_lanes() + 2 * self.motions.len()
     }
 
-    /// First signal lanes of the bristles' rates, the reports of constraints, those of contact, and the accelerations of frames.
-    pub(super) fn outputs(&self) -> [usize; 4] {
+    /// First signal lanes of the bristles' rates, the reports of constraints, of contact, of pairs and hinges, and the
+    /// accelerations of frames.
+    pub(super) fn outputs(&self) -> [usize; 5] {
         let rates = self.w.yd + self.plan.multibody.nv();
         let reports = rates + self.plan.bristles();
         let constraints = self.plan.multibody.constraints();
         let rows: usize = constraints.map(|c| 1 + self.plan.multibody.rows(c)).sum();
         let contact = reports + rows;
         let bodies = touch::LANES * self.plan.touched.len();
-        [rates, reports, contact, contact + self.plan.contact_reports().len() + bodies]
+        let pairs = contact + self.plan.contact_reports().len() + bodies;
+        let hinges = pairs + touch::LANES * self.plan.pairs.len();
+        [rates, reports, contact, pairs, hinges + super::loads::lanes(&self.plan)]
     }
 
     /// Kinematics of this evaluation, once.
@@ -136,7 +150,7 @@ impl MechanismBlock {
         if self.at != now.number {
             let (q, v) = self.split(x);
             kinematics(&self.tree, &mut self.ws, q, v);
-            self.at = now.number;
+            (self.at, self.time) = (now.number, now.t);
         }
     }
 
@@ -252,9 +266,9 @@ impl MechanismBlock {
 
     /// What bodies touch, to those who asked for it: copies of the reports.
     pub(super) fn put_touches(&self, sig: &mut [f64]) {
-        let [_, _, _, accels] = self.outputs();
+        let [_, _, _, pairs, accels] = self.outputs();
         let (ports, touched) = (&self.plan.ports, &self.plan.touched);
-        let reports = accels - touch::LANES * touched.len();
+        let reports = pairs - touch::LANES * touched.len();
         let first = accels + 6 * ports.accels.len();
         for (i, body) in ports.contacts.iter().enumerate() {
             let Ok(k) = touched.binary_search(body) else { continue };
@@ -277,8 +291,13 @@ impl MechanismBlock {
             .and_then(|_| {
                 self.projector.rates(tree, &mut self.ws, solver, motions, q, &mut rest[..nv])
             })
-            .map(|_| ())
-            .map_err(|e| Failure::of(&e))
+            .map_err(|e| Failure::of(&e))?;
+        // Impulses of contact make rates jump.
+        if self.stepper.is_some() {
+            return Ok(());
+        }
+        let rates = (&rest[..nv], &self.vdot[..]);
+        self.branch.check(plan, solver.independence(), rates, self.time)
     }
 
     /// What compliant contact does.
@@ -286,7 +305,7 @@ impl MechanismBlock {
         if self.compliant.is_none() {
             return;
         }
-        let [_, _, at, end] = self.outputs();
+        let [_, _, at, end, _] = self.outputs();
         let Some(contact) = &self.compliant else { return };
         let press = contact.points().iter().filter(|p| p.gap < 0.0);
         let (mut count, mut deepest) = (0.0, 0.0_f64);
@@ -296,6 +315,8 @@ impl MechanismBlock {
         sig[at..at + 2].copy_from_slice(&[count, deepest]);
         let origin = |b| self.ws.body_pose(&self.tree, b).position;
         let loads = touch::of_forces(contact);
+        let pairs = &mut sig[end..end + touch::LANES * self.plan.pairs.len()];
+        touch::put_pairs(&self.plan.pairs, loads.clone(), origin, pairs);
         touch::put(&self.plan.touched, loads, origin, &mut self.weights, &mut sig[at + 2..end]);
         self.put_touches(sig);
     }
@@ -394,6 +415,7 @@ impl Block for MechanismBlock {
         }
         sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
         self.put_accelerations(sig);
+        self.put_loads(None, sig);
         if now.evaluation == Evaluation::Tick {
             self.put_constraints(q, sig);
         }
@@ -496,7 +518,7 @@ impl Block for MechanismBlock {
             impulse: i.impulse.into(),
         }));
         sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
-        let [_, _, at, end] = self.outputs();
+        let [_, _, at, end, _] = self.outputs();
         sig[at..at + CONTACT_NUMBERS].copy_from_slice(&[
             report.contacts as f64,
             report.penetration.max(0.0),
@@ -512,11 +534,14 @@ impl Block for MechanismBlock {
         if let Some(stepper) = &self.stepper {
             let loads = touch::of_impulses(stepper, h);
             let origin = |b| self.ws.body_pose(&self.tree, b).position;
+            let pairs = &mut sig[end..end + touch::LANES * self.plan.pairs.len()];
+            touch::put_pairs(&self.plan.pairs, loads.clone(), origin, pairs);
             let lanes = &mut sig[at + CONTACT_NUMBERS..end];
             touch::put(&self.plan.touched, loads, origin, &mut self.weights, lanes);
         }
         self.put_touches(sig);
         self.put_accelerations(sig);
+        self.put_loads(Some(h), sig);
         let lanes = self.motion_lanes();
         for (i, m) in self.motions.iter().enumerate() {
             x[lanes + 2 * i + 1] += h * m.acceleration;

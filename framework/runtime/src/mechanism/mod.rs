@@ -10,9 +10,11 @@
 //! are its store. Where machines move by kinematics it advances likewise (`rolling`), and nothing passes on.
 mod axle;
 mod block;
+mod branch;
 mod carry;
 mod gaps;
 mod joints;
+mod loads;
 mod masses;
 mod names;
 mod placement;

@@ -97,6 +97,9 @@ fn lanes(kind: SubhingeKind) -> [&'static [Lane]; 3] {
 fn coordinates(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring, body: &Body) {
     let (x, nq) = (w.x, m.multibody.nq());
     let part: Arc<str> = body.name().into();
+    if m.held.iter().any(|name| name == body.name()) {
+        return;
+    }
     for (s, sub) in body.subhinges().iter().enumerate() {
         let tag = if body.subhinges().len() > 1 { format!("[{s}]") } else { String::new() };
         let [q, v, a] = lanes(sub.subhinge.kind);

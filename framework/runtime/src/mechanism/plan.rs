@@ -2,9 +2,11 @@
 use super::block::MechanismBlock;
 use super::gaps::Gaps;
 use super::joints::{self, JointForces};
+use super::loads::Reaction;
 use super::masses::Varying;
 use super::ports::MechanismPorts;
 use super::spec::{ContactSpec, MechanismSpec};
+use super::touch;
 use crate::block::{Block, Carried, Failure, Named, OldState, Prototype, Wiring};
 use crate::model::{Description, Functions, Turning};
 use crate::ports::{PortKind, PortSpec};
@@ -63,6 +65,12 @@ pub struct MechanismPlan {
     bristles: usize,
     /// Bodies with a collider, or that roll.
     pub(super) touched: Vec<BodyId>,
+    /// Pairs of bodies whose contact force is reported; the second may be the world.
+    pub(super) pairs: Vec<touch::Pair>,
+    /// Hinges whose load is computed.
+    pub(super) loads: Vec<Reaction>,
+    /// Names of bodies on locked hinges that stand as coordinates.
+    pub(super) held: Vec<String>,
     /// Treatment of each constraint.
     pub treatments: Vec<Treatment>,
     /// Damping, friction and stops of hinges.
@@ -127,6 +135,9 @@ impl MechanismPart {
             compliant: spec.compliant.clone(),
             bristles: spec.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0)),
             touched: spec.touched(),
+            pairs: spec.pairs(),
+            loads: spec.loads(&ports),
+            held: spec.held.clone(),
             rolling,
             treatments,
             tree,
@@ -273,7 +284,9 @@ impl MechanismPlan {
         for (name, unit, doc) in self.contact_reports() {
             out.push((format!("{path}.{group}.{name}"), unit, (*doc).to_owned()));
         }
-        out.extend(super::touch::names(self));
+        out.extend(touch::names(self));
+        out.extend(touch::pair_names(self));
+        out.extend(super::loads::names(self));
         out
     }
 

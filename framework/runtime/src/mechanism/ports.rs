@@ -41,6 +41,8 @@ pub struct MechanismPorts {
     pub accels: Vec<Frame>,
     /// Bodies whose contact is read (6 lanes each).
     pub contacts: Vec<BodyId>,
+    /// Bodies whose hinge load is read (6 lanes each).
+    pub loads: Vec<BodyId>,
     /// Frames about which mass is added to their bodies (10 lanes each).
     pub masses: Vec<Frame>,
     /// Frames that wrenches act on (6 lanes each).
@@ -213,6 +215,10 @@ impl MechanismPorts {
                 let body = f.body(mb);
                 add(known, &mut self.contacts, body, format!("contact:body:{}", body.index()))
             }
+            (PortKind::HingeLoad, Target::Node(f)) => {
+                let body = f.body(mb);
+                add(known, &mut self.loads, body, format!("load:body:{}", body.index()))
+            }
             (PortKind::Traction, Target::Node(f)) => {
                 let body = f.body(mb);
                 add(known, &mut self.tractions, body, format!("traction:body:{}", body.index()))
@@ -245,7 +251,8 @@ impl MechanismPorts {
                 | PortKind::AddedMass
                 | PortKind::BodyMass
                 | PortKind::Traction
-                | PortKind::ContactLoad,
+                | PortKind::ContactLoad
+                | PortKind::HingeLoad,
                 _,
             ) => {
                 return Err("node");
@@ -284,6 +291,10 @@ impl MechanismPorts {
             PortSpec::named(name, PortKind::ContactLoad, 6)
         };
         d.direct_outputs.extend(contacts.map(contact));
+        let load = |b: &BodyId| {
+            PortSpec::named(format!("load:body:{}", b.index()), PortKind::HingeLoad, 6)
+        };
+        d.direct_outputs.extend(self.loads.iter().map(load));
     }
 }
 

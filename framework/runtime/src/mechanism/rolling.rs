@@ -110,7 +110,7 @@ impl MechanismBlock {
             inverse_dynamics_given_kinematics(&self.tree, &mut self.ws, &self.vdot, hold);
             self.put_accelerations(sig);
         }
-        let [_, constraints, first, end] = self.outputs();
+        let [_, constraints, first, end, _] = self.outputs();
         // Couplings, the only constraints: they hold to the accuracy of the settling.
         for (lanes, force) in
             sig[constraints..first].chunks_exact_mut(2).zip(rolling.coupling_forces())

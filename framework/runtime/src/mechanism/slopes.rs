@@ -60,6 +60,7 @@ impl MechanismBlock {
             && self.stepper.is_none()
             && plan.varies.is_empty()
             && plan.ports.accels.is_empty()
+            && plan.ports.loads.is_empty()
             && (plan.gravity.is_none() || plan.uniform.is_some())
             && plan.omega.is_none()
             && !self.tree.is_flexible()
@@ -273,8 +274,10 @@ impl MechanismBlock {
         for i in 0..plan.bristles() {
             out.column(outputs + nv + i)[bristles + i] = 1.0;
         }
-        let [_, reports, _, accels] = self.outputs();
-        let rest = reports - self.w.yd..accels - self.w.yd + 6 * plan.ports.accels.len();
+        let [_, reports, .., accels] = self.outputs();
+        let ports = &plan.ports;
+        let frames = ports.accels.len() + ports.contacts.len() + ports.loads.len();
+        let rest = reports - self.w.yd..accels - self.w.yd + 6 * frames;
         rest.for_each(|j| out.column(outputs + j).fill(0.0));
     }
 }

@@ -54,6 +54,12 @@ pub struct MechanismSpec {
     pub compliant: Option<(Arc<Colliders>, CompliantLaws)>,
     /// Machines that move by kinematics alone, when all of the mechanism does: contact and forces do nothing then.
     pub kinematic: Option<KinematicSpec>,
+    /// Bodies whose hinge reports its load.
+    pub reactions: Vec<String>,
+    /// Bodies on a locked hinge that stands as a prescribed pin which never moves, so that its load is known.
+    pub held: Vec<String>,
+    /// Pairs of bodies that report the force on the first from the second; `world` for the second is the world.
+    pub pair_forces: Vec<[String; 2]>,
     /// Where it is written.
     pub origin: Origin,
     /// Where loops and couplings are written, by name.
@@ -90,6 +96,9 @@ impl MechanismSpec {
             contact: None,
             compliant: None,
             kinematic: None,
+            reactions: Vec::new(),
+            held: Vec::new(),
+            pair_forces: Vec::new(),
             origin: Origin::NONE,
             origins: BTreeMap::new(),
             bodies: Arc::default(),
@@ -184,6 +193,7 @@ impl Host for MechanismSpec {
         }
         spec.twice(bound, out);
         spec.touches(bound, out);
+        spec.check_loads(bound, out);
         let rolling = self.rolling(services, &ports, out);
         Box::new(MechanismPart::new(&spec, (gravity, rolling), ports, out.warnings))
     }

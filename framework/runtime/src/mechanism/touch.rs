@@ -1,5 +1,6 @@
 //! What contact does to each body: the sum of the forces on its colliders, and where it acts.
 use super::plan::MechanismPlan;
+use super::spec::MechanismSpec;
 use linkwork_collision::Colliders;
 use linkwork_multibody::BodyId;
 use linkwork_solvers::{CompliantContact, ContactStepper, PairLoad};
@@ -32,13 +33,78 @@ pub(super) fn names(plan: &MechanismPlan) -> impl Iterator<Item = (String, &'sta
     })
 }
 
+/// A pair of bodies: force on the first from the second, or from the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pair {
+    of: BodyId,
+    from: Option<BodyId>,
+}
+
+impl MechanismSpec {
+    /// The pairs of bodies whose force is reported, in the order of the file.
+    pub(super) fn pairs(&self) -> Vec<Pair> {
+        let body = |name: &str| self.multibody.body(name);
+        let pair = |[of, from]: &[String; 2]| Some(Pair { of: body(of)?, from: body(from) });
+        self.pair_forces.iter().filter_map(pair).collect()
+    }
+}
+
+/// Names, units and meaning of the lanes of all pairs.
+pub(super) fn pair_names(
+    plan: &MechanismPlan,
+) -> impl Iterator<Item = (String, &'static str, String)> {
+    plan.pairs.iter().flat_map(|pair| {
+        let name = |b: BodyId| plan.multibody.get(b).name();
+        let (of, from) = (name(pair.of), pair.from.map_or("world", name));
+        let lanes = [
+            ("force", "N", "Force on the first body from the second where they touch, W."),
+            ("point", "m", "Where that force acts, weighted by normal forces, W; the first body's origin when they do not touch."),
+        ];
+        lanes.into_iter().flat_map(move |(stem, unit, doc)| {
+            ["x", "y", "z"].map(|c| {
+                (format!("{of}.contact_with.{from}.{stem}.{c}"), unit, doc.to_owned())
+            })
+        })
+    })
+}
+
+/// Sums loads into the lanes of pairs of bodies.
+pub(super) fn put_pairs(
+    pairs: &[Pair],
+    loads: impl Iterator<Item = PairLoad> + Clone,
+    origin: impl Fn(BodyId) -> Vec3,
+    lanes: &mut [f64],
+) {
+    for (pair, lanes) in pairs.iter().zip(lanes.chunks_exact_mut(LANES)) {
+        let (of, mut force, mut moment, mut weight) =
+            (Some(pair.of), Vec3::zeros(), Vec3::zeros(), 0.0);
+        for load in loads.clone() {
+            let sign = match (load.body_a, load.body_b) {
+                (a, b) if b == of && a == pair.from => 1.0,
+                (a, b) if a == of && b == pair.from => -1.0,
+                _ => continue,
+            };
+            force += sign * load.force;
+            moment += load.pressure * load.point;
+            weight += load.pressure;
+        }
+        let point = if weight > 0.0 { moment / weight } else { origin(pair.of) };
+        for k in 0..3 {
+            (lanes[k], lanes[3 + k]) = (force[k], point[k]);
+        }
+    }
+}
+
 /// Loads of compliant contact.
-pub(super) fn of_forces(contact: &CompliantContact) -> impl Iterator<Item = PairLoad> {
+pub(super) fn of_forces(contact: &CompliantContact) -> impl Iterator<Item = PairLoad> + Clone {
     contact.loads().iter().copied()
 }
 
 /// Mean loads of a step of `h` s with impulses.
-pub(super) fn of_impulses(stepper: &ContactStepper, h: f64) -> impl Iterator<Item = PairLoad> {
+pub(super) fn of_impulses(
+    stepper: &ContactStepper,
+    h: f64,
+) -> impl Iterator<Item = PairLoad> + Clone {
     let impulses = stepper.warm().iter().zip(stepper.impacts());
     stepper.points().iter().zip(impulses).map(move |(p, (steady, impact))| {
         let force = (steady.impulse + impact) / h;

@@ -161,10 +161,17 @@ impl Plan {
     pub fn variable(&self, path: &str) -> Result<&Variable, VariableError> {
         self.variables.get(path).ok_or_else(|| {
             let known: Vec<&str> = self.variables.keys().map(String::as_str).collect();
-            VariableError {
-                message: format!("there is no variable `{path}`"),
-                help: remedy(path, "variables", &known),
+            let message = format!("there is no variable `{path}`");
+            // Loads of hinges are computed where a body asks for them.
+            let load = path.contains(".reaction_") || path.ends_with(".effort");
+            let body = path.rsplit_once(".reaction_").or(path.rsplit_once('.')).map_or("", |p| p.0);
+            if load && !known.iter().any(|k| k.starts_with(&format!("{body}.reaction_"))) {
+                let help = format!(
+                    "write `reaction: true` in the body `{body}` for the load of its hinge"
+                );
+                return VariableError { message, help };
             }
+            VariableError { message, help: remedy(path, "variables", &known) }
         })
     }
 }

@@ -44,6 +44,8 @@ pub(super) struct Scene<'a> {
     pub carried: &'a [Vec3],
     /// The part of its acceleration that is free rotation, W.
     pub free_turn: &'a [Vec3],
+    /// Surface velocity of b minus surface velocity of a at each contact point, in its frame; empty where no surface moves.
+    pub belts: &'a [[f64; 3]],
     pub islands: &'a Islands,
     pub h: f64,
     pub slop: f64,
@@ -211,7 +213,7 @@ impl Impacts {
             let mut before: [f64; WIDTH] = std::array::from_fn(|k| row.rate[k] + self.change[g][k]);
             let mut target = 0.0;
             match kind {
-                Kind::Dry => continue,
+                Kind::Dry | Kind::Rolling => continue,
                 Kind::Constraint => {}
                 Kind::Limit if row.error[0] <= scene.slop => {}
                 Kind::Limit => continue,
@@ -219,6 +221,9 @@ impl Impacts {
                     let i = *i as usize;
                     if self.gap(scene, g, i, t) > scene.slop + 1e-12 {
                         continue;
+                    }
+                    if let Some(belt) = scene.belts.get(i) {
+                        before.iter_mut().zip(belt).for_each(|(v, s)| *v += s);
                     }
                     let (r, _) = self.normal(scene, g, i);
                     let e = scene.points[i].restitution;

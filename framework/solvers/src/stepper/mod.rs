@@ -6,6 +6,7 @@
 //!                                     (unilateral), dry friction in hinges (bounded)
 //! islands     groups of rows that share no rates are problems of their own (islands.rs)
 //! impacts     as events in the step   v⁺ = −e v⁻ at contacts that close (impacts.rs)
+//! resistance  |m_t| ≤ μ_r λn across the normal, |m_n| ≤ μ_s λn about it (resistance.rs)
 //! v⁺ = E E* λ + v + gap/h             complementary to λ in each row's cone
 //! y = E* λ, scatter                   β⁺ = β + h β̇_f + M⁻¹ J* λ
 //! q⁺ = q ⊕ h β⁺                       then out of penetration, without touching β⁺
@@ -18,6 +19,7 @@
 
 mod impacts;
 mod islands;
+mod resistance;
 mod settings;
 mod solve;
 mod turning;
@@ -26,11 +28,12 @@ use crate::constrained::{SolverError, greater, index};
 use crate::contact::{Cone, Contact, Method, Settings};
 use impacts::Impacts;
 use islands::Islands;
-use linkwork_collision::{ColliderId, Colliders, ContactPoint, Hiding, Query, Scratch};
+use linkwork_collision::{ColliderId, Colliders, ContactPoint, Hiding, Query, Resistance, Scratch};
 use linkwork_dynamics::units::{RowSet, Treatment, Units, UnitsWork, WIDTH};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody};
-use linkwork_spatial::Vec3;
+use linkwork_spatial::{Force, Vec3};
+use resistance::Rolling;
 pub use settings::{ContactSettings, Impulse, JointLimits, StepError, StepReport};
 use std::sync::Arc;
 use turning::Turning;
@@ -47,6 +50,8 @@ enum Kind {
     Contact(u32),
     Limit,
     Dry,
+    /// Moment across the normal of a contact point.
+    Rolling,
 }
 
 /// Steps one mechanism with contacts. Memory grows to the largest problem seen and is kept; nothing
@@ -85,6 +90,12 @@ pub struct ContactStepper {
     carried: Vec<Vec3>,
     /// Acceleration of each contact point by free rotation, W.
     free_turn: Vec<Vec3>,
+    /// Rows of rolling friction.
+    rolling: Vec<Rolling>,
+    /// Surface velocity of b minus surface velocity of a at each contact point, in its frame; empty where no surface moves.
+    belts: Vec<[f64; 3]>,
+    /// Moment on body b of each contact point, N m s, W; empty where nothing resists rolling or spinning.
+    moments: Vec<Vec3>,
     dq: Vec<f64>,
     q_next: Vec<f64>,
     /// λ / h by constraint, and where each begins.
@@ -166,6 +177,9 @@ impl ContactStepper {
             speeds: Vec::new(),
             carried: Vec::new(),
             free_turn: Vec::new(),
+            rolling: Vec::new(),
+            belts: Vec::new(),
+            moments: Vec::new(),
             dq: vec![0.0; tree.nv()],
             q_next: Vec::with_capacity(tree.nq()),
             forces: vec![0.0; place[place.len() - 1]],
@@ -204,6 +218,13 @@ impl ContactStepper {
     #[must_use]
     pub fn impacts(&self) -> &[Vec3] {
         &self.impacts.impulses
+    }
+
+    /// Moments of rolling and spinning friction on body b over the last step for each of [`ContactStepper::points`], N m s,
+    /// world axes, about the point. Empty where no pair of colliders resists rolling or spinning.
+    #[must_use]
+    pub fn moments(&self) -> &[Vec3] {
+        &self.moments
     }
 
     /// Impulses of the last step for each of [`ContactStepper::points`], impacts left out, N s: on body b, world axes. They belong to the state of a
@@ -248,7 +269,7 @@ impl ContactStepper {
         let impacts = self.find_impacts(h)?;
         self.free_velocities(h, impacts > 0);
         self.recall();
-        let report = self.solve()?;
+        let report = self.solve_with_rolling()?;
         self.remember();
         let inverse = 1.0 / h;
         for y in &mut self.y {
@@ -323,6 +344,27 @@ impl ContactStepper {
         &self.forces[self.place[i]..self.place[i + 1]]
     }
 
+    /// Adds the mean forces of the last step of `h` s to the external forces of the workspace, which has to be at the start of
+    /// that step: forces of loops, and impulses and moments of contacts over `h`.
+    pub fn add_forces(&self, tree: &Tree, ws: &mut Workspace, h: f64, motions: &[LoopMotion]) {
+        let mbs = tree.multibody();
+        for i in 0..mbs.loops().len() {
+            let forces = &self.forces[self.place[i]..self.place[i + 1]];
+            self.units.add_loop_forces(ws, &self.uw, i, forces, motions);
+        }
+        let impulses = self.warm.iter().zip(&self.impacts.impulses);
+        for (i, (p, (steady, impact))) in self.points.iter().zip(impulses).enumerate() {
+            let force = (steady.impulse + impact) / h;
+            let moment = self.moments.get(i).map_or_else(Vec3::zeros, |m| m / h);
+            for (body, sign) in [(p.body_a, -1.0), (p.body_b, 1.0)] {
+                let Some(body) = body else { continue };
+                let arm = p.point - ws.body_pose(tree, body).position;
+                let wrench = Force::new(sign * (moment + arm.cross(&force)), sign * force);
+                ws.add_wrench_at_body(tree, body, wrench);
+            }
+        }
+    }
+
     /// Contact points near enough to matter in this step: within the margin of where they may come.
     fn look(&mut self, tree: &Tree, ws: &Workspace, h: f64, hiding: Option<&Hiding>) {
         self.reach.clear();
@@ -353,6 +395,8 @@ impl ContactStepper {
         self.frames.clear();
         self.carried.clear();
         self.free_turn.clear();
+        self.rolling.clear();
+        self.belts.clear();
         self.islands.begin();
         let loops = tree.multibody().loops().len();
         for c in self.units.augmented() {
@@ -370,10 +414,32 @@ impl ContactStepper {
             let frame = frame(&p.normal);
             self.frames.push(frame);
             let ends = (p.body_a, p.body_b);
-            self.rows.add_point(tree, &self.units, ws, &self.uw, ends, &p.point, &frame);
+            let resistance = match self.colliders.resists() {
+                true => self.colliders.resistance(p.a, p.b),
+                false => Resistance::default(),
+            };
+            let (axes, cone) = resistance::contact_cone(&frame, p.friction, resistance.spinning);
+            let at = (ends, &p.point);
+            self.rows.add_wrenches(tree, &self.units, ws, &self.uw, at.0, at.1, &frame, axes);
             self.kinds.push(Kind::Contact(i as u32));
-            self.cones.push(Cone::Coulomb { friction: p.friction });
+            self.cones.push(cone);
             self.islands.contact(p);
+            if self.colliders.conveys() {
+                self.belts.push(resistance::belt(&self.colliders, tree, ws, p, &frame));
+            }
+            if resistance.rolling > 0.0 {
+                let contact = self.kinds.len() as u32 - 1;
+                for axis in resistance::rolling_axes(tree, ws, p, &frame) {
+                    let (group, point) = (self.kinds.len() as u32, i as u32);
+                    let coefficient = resistance.rolling;
+                    self.rolling.push(Rolling { group, contact, point, coefficient, axis });
+                    let axes = &[axis];
+                    self.rows.add_wrenches(tree, &self.units, ws, &self.uw, at.0, at.1, &[], axes);
+                    self.kinds.push(Kind::Rolling);
+                    self.cones.push(Cone::Dry { bound: 0.0 });
+                    self.islands.contact(p);
+                }
+            }
             let carried = |body| self.turning.carried(body);
             self.carried.push(carried(p.body_b) - carried(p.body_a));
             let turn = |body| self.turning.free_turn(body, &p.point);
@@ -410,6 +476,7 @@ impl ContactStepper {
             frames: &self.frames,
             carried: &self.carried,
             free_turn: &self.free_turn,
+            belts: &self.belts,
             islands: &self.islands,
             h,
             slop: self.settings.slop,
@@ -454,9 +521,17 @@ impl ContactStepper {
                 Kind::Constraint => {
                     b.iter_mut().zip(&row.bias).for_each(|(b, bias)| *b += h * bias);
                 }
-                Kind::Contact(i) => b[0] += open(self.points[i as usize].gap),
+                Kind::Contact(i) => {
+                    b[0] += open(self.points[i as usize].gap);
+                    if let Some(belt) = self.belts.get(i as usize) {
+                        b.iter_mut().zip(belt).for_each(|(b, s)| *b += s);
+                        let moves = f64x4::splat(belt[1].abs().max(belt[2].abs()));
+                        let speed = &mut self.speeds[self.islands.of_group()[g] as usize];
+                        *speed = speed.fast_max(moves);
+                    }
+                }
                 Kind::Limit => b[0] += open(row.error[0]),
-                Kind::Dry => {}
+                Kind::Dry | Kind::Rolling => {}
             }
             self.b.push(b);
         }
@@ -489,6 +564,7 @@ impl ContactStepper {
 
     fn remember(&mut self) {
         self.warm.clear();
+        self.keep_moments();
         for (kind, lambda) in self.kinds.iter().zip(&self.lambda) {
             if let Kind::Contact(i) = kind {
                 let (p, frame) = (&self.points[*i as usize], &self.frames[*i as usize]);

@@ -100,7 +100,7 @@ impl ContactStepper {
                 Kind::Constraint => Cone::Equality { rows: row.n },
                 // Other contacts that touch must not be pushed together.
                 Kind::Contact(_) | Kind::Limit => Cone::Unilateral,
-                Kind::Dry => Cone::Dry { bound: 0.0 },
+                Kind::Dry | Kind::Rolling => Cone::Dry { bound: 0.0 },
             });
         }
         self.lambda.clear();
@@ -109,7 +109,7 @@ impl ContactStepper {
         let lanes = |g: usize| match kinds[g] {
             Kind::Constraint => WIDTH,
             Kind::Contact(_) | Kind::Limit => 1,
-            Kind::Dry => 0,
+            Kind::Dry | Kind::Rolling => 0,
         };
         if !self.islands.several() {
             mask(&self.rows, &mut self.some_e, lanes);

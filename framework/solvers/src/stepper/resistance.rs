@@ -1,0 +1,135 @@
+//! Resistance to rolling and spinning, and surfaces that move over their bodies.
+//!
+//! ```text
+//! spinning    |m_n| ≤ μ_s λn        a fourth row of the contact's own cone
+//! rolling     |m_t| ≤ μ_r λn        two rows with bounds that follow from λn: solve, set the bounds, solve again
+//!                                   until they no longer change
+//! belt        v = v_b + s_b − v_a − s_a  across the normal, s the velocity of the surface over its body
+//! ```
+//! A ball of radius r that rolls without slip slows down by μ_r g / (r (1 + 2/5)) = 5/7 g μ_r / r: about the contact point
+//! (I + m r²) α = −μ_r m g. The first rolling axis is that of the relative rotation, so that what rolls meets the exact
+//! bound. What does not roll yet has its axis across gravity; a load in another direction may then meet up to √2 of the bound.
+
+use super::{ContactStepper, Kind, StepError};
+use crate::contact::{Cone, Report};
+use linkwork_collision::{Colliders, ContactPoint};
+use linkwork_dynamics::{Tree, Workspace};
+use linkwork_multibody::BodyId;
+use linkwork_spatial::Vec3;
+
+/// Solutions of a step at most, while bounds of rolling friction change.
+const ROUNDS: usize = 20;
+/// The part of the largest bound that a bound may still change by, as a part of the solver's tolerance.
+const SETTLED: f64 = 0.1;
+/// Relative rotation that counts as none, rad/s.
+const STILL: f64 = 1e-9;
+
+/// A row of rolling friction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rolling {
+    /// Its group, and that of its contact.
+    pub group: u32,
+    pub contact: u32,
+    /// Its contact point.
+    pub point: u32,
+    /// μ_r, m.
+    pub coefficient: f64,
+    /// W.
+    pub axis: Vec3,
+}
+
+/// The axes that a contact's own group measures rotation about, and its cone.
+pub(super) fn contact_cone(frame: &[Vec3; 3], friction: f64, spin: f64) -> (&[Vec3], Cone) {
+    if spin > 0.0 {
+        (&frame[..1], Cone::Spinning { friction, spin })
+    } else {
+        (&[], Cone::Coulomb { friction })
+    }
+}
+
+/// Two axes across the normal, the first along the relative rotation of the bodies.
+pub(super) fn rolling_axes(
+    tree: &Tree,
+    ws: &Workspace,
+    p: &ContactPoint,
+    frame: &[Vec3; 3],
+) -> [Vec3; 2] {
+    let turn =
+        |body: Option<BodyId>| body.map_or_else(Vec3::zeros, |b| ws.body_velocity(tree, b).angular);
+    let n = &frame[0];
+    let w = turn(p.body_b) - turn(p.body_a);
+    let (across, down) = (w - n * n.dot(&w), n.cross(&ws.uniform_gravity()));
+    let axis = [(across, STILL), (down, 1e-3)].into_iter().find(|(a, least)| a.norm() > *least);
+    axis.map_or([frame[1], frame[2]], |(a, _)| {
+        let a = a.normalize();
+        [a, n.cross(&a)]
+    })
+}
+
+/// Returns the surface velocity of b minus the surface velocity of a, in the frame of a contact point; 0 along the normal.
+pub(super) fn belt(
+    colliders: &Colliders,
+    tree: &Tree,
+    ws: &Workspace,
+    p: &ContactPoint,
+    frame: &[Vec3; 3],
+) -> [f64; 3] {
+    let (a, b) = (&colliders.spec(p.a).surface_velocity, &colliders.spec(p.b).surface_velocity);
+    let turned =
+        |body: Option<BodyId>, s: &Vec3| body.map_or(*s, |b| ws.body_rotation(tree, b) * s);
+    let s = turned(p.body_b, b) - turned(p.body_a, a);
+    [0.0, frame[1].dot(&s), frame[2].dot(&s)]
+}
+
+impl ContactStepper {
+    /// Solves the step; where contacts resist rolling, until their bounds agree with the normal impulses.
+    pub(super) fn solve_with_rolling(&mut self) -> Result<Report, StepError> {
+        if self.rolling.is_empty() {
+            return self.solve();
+        }
+        self.set_rolling_bounds();
+        let mut report = self.solve()?;
+        let close = SETTLED * self.settings.solver.tolerance;
+        for _ in 1..ROUNDS {
+            let (changed, most) = self.set_rolling_bounds();
+            if changed <= close * most {
+                return Ok(report);
+            }
+            report = self.solve()?;
+        }
+        report.converged = false;
+        Ok(report)
+    }
+
+    /// Bounds from the normal impulses; returns their greatest change, and the greatest of them.
+    fn set_rolling_bounds(&mut self) -> (f64, f64) {
+        let (mut changed, mut most) = (0.0_f64, 0.0_f64);
+        for r in &self.rolling {
+            let new = r.coefficient * self.lambda[r.contact as usize][0].max(0.0);
+            let cone = &mut self.cones[r.group as usize];
+            if let Cone::Dry { bound } = *cone {
+                changed = changed.max((new - bound).abs());
+            }
+            most = most.max(new);
+            *cone = Cone::Dry { bound: new };
+        }
+        (changed, most)
+    }
+
+    /// Moments of the solution at the contact points.
+    pub(super) fn keep_moments(&mut self) {
+        self.moments.clear();
+        if !self.colliders.resists() {
+            return;
+        }
+        self.moments.resize(self.points.len(), Vec3::zeros());
+        for (kind, lambda) in self.kinds.iter().zip(&self.lambda) {
+            if let Kind::Contact(i) = kind {
+                self.moments[*i as usize] += self.frames[*i as usize][0] * lambda[3];
+            }
+        }
+        for r in &self.rolling {
+            self.moments[r.point as usize] += r.axis * self.lambda[r.group as usize][0];
+        }
+    }
+}
