@@ -22,6 +22,7 @@ pub mod imu_increments;
 pub mod inclinometer;
 pub mod lidar;
 pub mod magnetometer;
+pub mod mass_properties;
 pub mod motion;
 pub mod pose;
 pub mod potentiometer;
@@ -50,6 +51,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<inclinometer::Inclinometer>(),
         Entry::sized::<lidar::LidarSensor>(),
         Entry::model::<magnetometer::Magnetometer>(),
+        Entry::model::<mass_properties::MassProperties>(),
         Entry::model::<motion::Motion>(),
         Entry::model::<pose::PoseSensor>(),
         Entry::model::<potentiometer::Potentiometer>(),

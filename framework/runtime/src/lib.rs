@@ -67,7 +67,7 @@ pub use plan::{
 };
 pub use ports::{
     AddedMass, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad, HingeState, HingeTorque,
-    Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, Wrench,
+    Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, VehicleMass, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
@@ -106,8 +106,8 @@ pub mod prelude {
         Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle, HingeAccel, HingeLoad,
         HingeState, HingeTorque, Lanes, Light, Model, NodeAccel, NodeState, Overlay, OverlayTile,
         OverlayValues, PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site,
-        SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction, Vertical,
-        View, World, Wrench,
+        SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction,
+        VehicleMass, Vertical, View, World, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

@@ -30,6 +30,8 @@ pub enum PortKind {
     AddedMass,
     /// Mass, centre of mass and inertia of a body, seen from a node.
     BodyMass,
+    /// Mass, centre of mass and inertia of a vehicle, seen from a node.
+    VehicleMass,
     /// Force of what a body touches, and where it acts.
     ContactLoad,
     /// Force and moment that a hinge transmits to its body.
@@ -244,7 +246,7 @@ impl PortSpec {
                 v.extend(names.map(|c| (format!(".inertia.{c}"), "kg m^2".into())));
                 v
             }
-            PortKind::BodyMass => {
+            PortKind::BodyMass | PortKind::VehicleMass => {
                 let mut v = vec![(".mass".into(), Text::from("kg"))];
                 v.extend(xyz(".com", "m"));
                 let names = ["xx", "yy", "zz", "xy", "xz", "yz"];
@@ -555,6 +557,17 @@ composite!(
 composite!(
     /// The body of a node N as the mechanism is made, without mass that wires add while the run goes on; N axes.
     BodyMass, BodyMass, 10, {
+        /// Mass (kg).
+        mass: f64 = 0,
+        /// Centre of mass, from N (m).
+        com: Vec3 = 1,
+        /// Inertia about the centre of mass: xx, yy, zz, xy, xz, yz, with −∫ x y dm off the diagonal (kg m²).
+        inertia: [f64; 6] = 4
+    }
+);
+composite!(
+    /// The vehicle of a node N as it is at this instant: all bodies that hang on the same body of the world, with mass that wires add; N axes.
+    VehicleMass, VehicleMass, 10, {
         /// Mass (kg).
         mass: f64 = 0,
         /// Centre of mass, from N (m).

@@ -85,7 +85,8 @@ fn what_flows_between_tanks_keeps_momentum_and_centre_of_mass() {
         if turning == 0.0 {
             // The vehicle moves the other way.
             let back = -2.0 * moved / 211.0;
-            assert!((get(&sim, "craft.position").x - back).abs() < 1e-4, "{back}");
+            let at = get(&sim, "craft.position").x;
+            assert!((at - back).abs() < 1e-3, "{at} {back}");
         } else {
             // Slower, as the moment of inertia about the common centre grows: 68 N m s and the spin of the parts.
             let spin = get(&sim, "craft.angular").z;

@@ -28,6 +28,7 @@ const SMOOTH: &[&str] = &[
     "power.thermal_boundary",
     "power.thermal_link",
     "power.thermal_node",
+    "sensors.mass_properties",
     "sensors.motion",
 ];
 

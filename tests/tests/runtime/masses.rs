@@ -2,6 +2,7 @@
 //! trace of any cut.
 use linkwork_assembly::{Options, load_text};
 use linkwork_runtime::{Files, Program, Role, Seconds, Simulation};
+use linkwork_spatial::Vec3;
 use std::sync::Arc;
 
 use crate::common;
@@ -217,4 +218,56 @@ fn impossible_masses_stop_the_run_in_order() {
     let error = sim.run_until(seconds(60.0)).unwrap_err().to_string();
     assert!(error.contains("Tank") || error.contains("rocket"), "{error}");
     assert!(error.contains("help:"), "{error}");
+}
+
+/// A vehicle far from the origin of W with an arm, a tank that empties and a second body that is not part of it: mass, centre and inertia by hand.
+#[test]
+fn the_mass_of_a_vehicle_is_that_of_all_its_bodies_and_tanks() {
+    let text = r#"Simulation(
+    bodies: {
+        "hub": (parent: "world", hinge: Free, mass: 10, com: [0, 0, 0.5], inertia: [1, 2, 3], initial: (position: [7e6, 0, 0], rotation: (rpy: [0.3, -0.5, 1])), nodes: { "n": (position: [0, 0, 0.5]), "bottom": (position: [1, 0, 0]) }),
+        "arm": (parent: "hub", at: (position: [0, 2, 0.5]), hinge: Pin([1, 0, 0]), initial: (angle: "90 deg"), mass: 4, com: [0, 1, 0], inertia: [0.4, 0.01, 0.4]),
+        "other": (parent: "world", hinge: Free, mass: 50, inertia: Sphere(1), initial: (position: [7e6, 9, 0])),
+    },
+    gravity: "none",
+    parts: {
+        "Tank": (model: "flight.propellant_tank", params: { "propellant": 6, "radius": "10 cm", "density": 1000 }, bind: { "bottom": "node:hub/bottom" }),
+        "Flow": (model: "basics.constant", params: { "value": 0.5 }),
+        "Drain": (model: "flight.drain"),
+        "Mass": (model: "sensors.mass_properties", bind: { "node": "node:hub/n" }),
+    },
+    wires: ["Flow.y -> Drain.flow"], connect: [("Drain.tank", "Tank.outlet")],
+    step: "0.1 s", until: "20 s",
+)"#;
+    let mut sim = Simulation::of(program(text));
+    for t in [0.0, 4.0, 20.0] {
+        sim.run_until(seconds(t)).unwrap();
+        let m = (6.0 - 0.5 * t).max(0.0);
+        let level = m / (1000.0 * std::f64::consts::PI * 0.01);
+        // The arm points along z of the hub.
+        let all = [
+            (10.0, Vec3::zeros(), Vec3::new(1.0, 2.0, 3.0)),
+            (4.0, Vec3::new(0.0, 2.0, 1.0), Vec3::new(0.4, 0.4, 0.01)),
+            (m, Vec3::new(1.0, 0.0, 0.5 * level - 0.5), {
+                let across = m * (3.0 * 0.01 + level * level) / 12.0;
+                Vec3::new(across, across, 0.5 * m * 0.01)
+            }),
+        ];
+        let mass: f64 = all.iter().map(|(m, ..)| m).sum();
+        let centre: Vec3 = all.iter().map(|(m, p, _)| p * *m).sum::<Vec3>() / mass;
+        let about = all.iter().map(|(m, p, own)| {
+            let d = p - centre;
+            own + Vec3::new(d.y * d.y + d.z * d.z, d.x * d.x + d.z * d.z, d.x * d.x + d.y * d.y)
+                * *m
+        });
+        let inertia: Vec3 = about.sum();
+        let xy: f64 = all.iter().map(|(m, p, _)| -m * (p - centre).x * (p - centre).y).sum();
+        let three = |name: &str| {
+            Vec3::from(["x", "y", "z"].map(|c| get(&sim, &format!("Mass.{name}.{c}"))))
+        };
+        assert!((get(&sim, "Mass.mass") - mass).abs() < 1e-9, "{t}");
+        assert!((three("centre") - centre).norm() < 1e-8, "{t}: {} {centre}", three("centre"));
+        assert!((three("inertia") - inertia).norm() < 1e-7, "{t}: {} {inertia}", three("inertia"));
+        assert!((get(&sim, "Mass.products.x") - xy).abs() < 1e-7, "{t}: {xy}");
+    }
 }

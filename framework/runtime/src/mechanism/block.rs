@@ -415,6 +415,7 @@ impl Block for MechanismBlock {
         }
         sig[self.w.yd..self.w.yd + nv].copy_from_slice(&self.vdot);
         self.put_accelerations(sig);
+        self.put_vehicles(sig);
         self.put_loads(None, sig);
         if now.evaluation == Evaluation::Tick {
             self.put_constraints(q, sig);
@@ -541,6 +542,7 @@ impl Block for MechanismBlock {
         }
         self.put_touches(sig);
         self.put_accelerations(sig);
+        self.put_vehicles(sig);
         self.put_loads(Some(h), sig);
         let lanes = self.motion_lanes();
         for (i, m) in self.motions.iter().enumerate() {

@@ -26,6 +26,7 @@ mod slopes;
 mod spec;
 mod start;
 mod touch;
+mod vehicles;
 
 pub use gaps::Closing;
 pub use placement::{PlaceError, Placed, Placement, place_on_terrain};

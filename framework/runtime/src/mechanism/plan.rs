@@ -69,6 +69,8 @@ pub struct MechanismPlan {
     pub(super) pairs: Vec<touch::Pair>,
     /// Hinges whose load is computed.
     pub(super) loads: Vec<Reaction>,
+    /// Bodies of the vehicles whose mass is read.
+    pub(super) vehicles: Vec<Vec<BodyId>>,
     /// Names of bodies on locked hinges that stand as coordinates.
     pub(super) held: Vec<String>,
     /// Treatment of each constraint.
@@ -137,6 +139,7 @@ impl MechanismPart {
             touched: spec.touched(),
             pairs: spec.pairs(),
             loads: spec.loads(&ports),
+            vehicles: super::vehicles::members(&spec.multibody, &ports.vehicles),
             held: spec.held.clone(),
             rolling,
             treatments,

@@ -1,7 +1,7 @@
 //! The ports of a mechanism: those that bindings ask for, and no others.
 use crate::compile::{Bound, HostWire, Lowering};
 use crate::model::Description;
-use crate::ports::{Lane, PortKind, PortSpec, Traction};
+use crate::ports::{Lane, PortKind, PortSpec, Traction, VehicleMass};
 use crate::spec::BindTarget;
 use crate::value::{Fault, remedy};
 use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, Subhinge, SubhingeKind};
@@ -43,6 +43,8 @@ pub struct MechanismPorts {
     pub contacts: Vec<BodyId>,
     /// Bodies whose hinge load is read (6 lanes each).
     pub loads: Vec<BodyId>,
+    /// Frames of which the mass of the vehicle is read (10 lanes each).
+    pub vehicles: Vec<Frame>,
     /// Frames about which mass is added to their bodies (10 lanes each).
     pub masses: Vec<Frame>,
     /// Frames that wrenches act on (6 lanes each).
@@ -219,6 +221,9 @@ impl MechanismPorts {
                 let body = f.body(mb);
                 add(known, &mut self.loads, body, format!("load:body:{}", body.index()))
             }
+            (PortKind::VehicleMass, Target::Node(f)) => {
+                add(known, &mut self.vehicles, *f, name("vehicle", *f))
+            }
             (PortKind::Traction, Target::Node(f)) => {
                 let body = f.body(mb);
                 add(known, &mut self.tractions, body, format!("traction:body:{}", body.index()))
@@ -252,7 +257,8 @@ impl MechanismPorts {
                 | PortKind::BodyMass
                 | PortKind::Traction
                 | PortKind::ContactLoad
-                | PortKind::HingeLoad,
+                | PortKind::HingeLoad
+                | PortKind::VehicleMass,
                 _,
             ) => {
                 return Err("node");
@@ -295,6 +301,8 @@ impl MechanismPorts {
             PortSpec::named(format!("load:body:{}", b.index()), PortKind::HingeLoad, 6)
         };
         d.direct_outputs.extend(self.loads.iter().map(load));
+        let vehicle = |f: &Frame| port("vehicle", *f, PortKind::VehicleMass, VehicleMass::N);
+        d.direct_outputs.extend(self.vehicles.iter().map(vehicle));
     }
 }
 

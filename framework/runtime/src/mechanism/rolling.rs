@@ -110,6 +110,7 @@ impl MechanismBlock {
             inverse_dynamics_given_kinematics(&self.tree, &mut self.ws, &self.vdot, hold);
             self.put_accelerations(sig);
         }
+        self.put_vehicles(sig);
         let [_, constraints, first, end, _] = self.outputs();
         // Couplings, the only constraints: they hold to the accuracy of the settling.
         for (lanes, force) in

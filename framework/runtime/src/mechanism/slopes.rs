@@ -12,6 +12,7 @@
 use super::block::MechanismBlock;
 use super::ports::Frame;
 use crate::block::{Failure, Now, Outcome};
+use crate::ports::{Lane, VehicleMass};
 use crate::slopes::Slopes;
 use linkwork_dynamics::{Derivatives, ForwardDerivatives, Tree, body_jacobian, node_jacobian};
 use linkwork_spatial::nalgebra::{DMatrix, Vector6};
@@ -61,6 +62,7 @@ impl MechanismBlock {
             && plan.varies.is_empty()
             && plan.ports.accels.is_empty()
             && plan.ports.loads.is_empty()
+            && plan.ports.vehicles.is_empty()
             && (plan.gravity.is_none() || plan.uniform.is_some())
             && plan.omega.is_none()
             && !self.tree.is_flexible()
@@ -277,7 +279,8 @@ impl MechanismBlock {
         let [_, reports, .., accels] = self.outputs();
         let ports = &plan.ports;
         let frames = ports.accels.len() + ports.contacts.len() + ports.loads.len();
-        let rest = reports - self.w.yd..accels - self.w.yd + 6 * frames;
+        let lanes = 6 * frames + VehicleMass::N * ports.vehicles.len();
+        let rest = reports - self.w.yd..accels - self.w.yd + lanes;
         rest.for_each(|j| out.column(outputs + j).fill(0.0));
     }
 }

@@ -1,0 +1,51 @@
+//! `sensors.mass_properties`: mass, centre of mass and inertia of a whole vehicle as they are: for software that knows them, for figures and logs.
+//! ```text
+//! vehicle    all bodies that hang on the same body of the world as the node's body, with the mass that tanks and other parts add
+//! ```
+//! Bodies that only a loop joins to them are not part of the vehicle.
+
+use linkwork_runtime::prelude::*;
+
+/// The vehicle.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct MassPropertiesIn {
+    /// A node of the vehicle, from which and in whose axes the numbers are.
+    #[port(bind = "node")]
+    pub vehicle: VehicleMass,
+}
+
+/// Its mass properties.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct MassPropertiesOut {
+    /// Mass.
+    #[port("kg")]
+    pub mass: f64,
+    /// Centre of mass from the node, its axes.
+    #[port("m")]
+    pub centre: Vec3,
+    /// Moments of inertia xx, yy, zz about the centre of mass, axes of the node.
+    #[port("kg m^2")]
+    pub inertia: Vec3,
+    /// Products of inertia xy, xz, yz about the centre of mass, with −∫ x y dm, axes of the node.
+    #[port("kg m^2")]
+    pub products: Vec3,
+}
+
+/// Mass properties of a vehicle.
+pub struct MassProperties {}
+
+/// Mass, centre of mass and inertia of a whole vehicle, exact and continuous.
+#[model("sensors.mass_properties")]
+impl Model for MassProperties {
+    type Ud = MassPropertiesIn;
+    type Yd = MassPropertiesOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &MassPropertiesIn) -> MassPropertiesOut {
+        let [xx, yy, zz, xy, xz, yz] = u.vehicle.inertia;
+        MassPropertiesOut {
+            mass: u.vehicle.mass,
+            centre: u.vehicle.com,
+            inertia: Vec3::new(xx, yy, zz),
+            products: Vec3::new(xy, xz, yz),
+        }
+    }
+}
