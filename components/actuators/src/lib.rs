@@ -1,5 +1,5 @@
 //! Component library: actuators. DC motors with gear, friction and brake; drives of torque, servos of rate and position; springs,
-//! dampers, stops and differentials on hinges; struts between bodies; followers that prescribe a hinge.
+//! dampers, stops and differentials on hinges; struts and bushings between bodies; followers that prescribe a hinge.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "actuators.dc_motor"`):
 //! ```
@@ -7,6 +7,7 @@
 //! assert!(catalogue.get("actuators.dc_motor").is_some());
 //! ```
 
+pub mod bushing;
 pub mod dc_motor;
 pub mod followers;
 pub mod friction;
@@ -25,6 +26,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<hinges::SpringDamper>(),
         Entry::model::<hinges::SoftStop>(),
         Entry::model::<strut::Strut>(),
+        Entry::model::<bushing::Bushing>(),
         Entry::model::<hinges::Differential>(),
         Entry::model::<servo::RateServo>(),
         Entry::model::<servo::TorqueDrive>(),

@@ -1,7 +1,7 @@
 //! What a description's names, numbers and hinges must satisfy.
 
 use crate::error::MechanismFault;
-use crate::{BodySpec, Friction, Hinge, Stop, Subhinge, SubhingeKind};
+use crate::{BallLimits, BodySpec, Friction, Hinge, Spring, Stop, Subhinge, SubhingeKind};
 use std::collections::BTreeMap;
 
 pub(crate) fn check_names<'a>(
@@ -79,11 +79,37 @@ fn check_forces(what: &str, subhinge: usize, s: &Subhinge, faults: &mut Vec<Mech
     let fits = match stop {
         Stop::Usual | Stop::Off => true,
         Stop::Soft { stiffness, damping } => {
-            sound(stiffness) && stiffness > 0.0 && sound(damping) && one
+            let limits = one || s.kind == SubhingeKind::Ball;
+            sound(stiffness) && stiffness > 0.0 && sound(damping) && limits
         }
     };
     if !fits {
         faults.push(MechanismFault::BadStop { body: body(), subhinge, stop });
+    }
+    let mut bad = |what: &'static str, wanted: &'static str| {
+        faults.push(MechanismFault::BadDrive { body: body(), subhinge, what, wanted });
+    };
+    let ball = s.kind == SubhingeKind::Ball;
+    if !s.ball.is_valid() || (s.ball != BallLimits::NONE && !ball) {
+        bad("a limit of `angle`, `cone` or `twist`", "they must be above 0 and belong on balls");
+    }
+    let sprung = s.spring != Spring::NONE;
+    if !sound(s.spring.stiffness) || !s.spring.rest.is_finite() || (sprung && barred) {
+        bad("the spring", "its stiffness must be finite and ≥ 0; not on free or locked subhinges");
+    } else if ball && s.spring.rest != 0.0 {
+        bad("`rest` of the spring", "a ball's spring has no force at its neutral rotation");
+    }
+    if let Some(e) = s.restitution {
+        let limited =
+            s.ball != BallLimits::NONE || s.limits.lower.is_finite() || s.limits.upper.is_finite();
+        if !(0.0..=1.0).contains(&e) || !limited {
+            bad("`restitution`", "it must be from 0 to 1, on a coordinate with a limit");
+        } else if matches!(stop, Stop::Soft { damping, .. } if damping != 0.0) {
+            bad(
+                "`restitution`",
+                "write either it or `damping` of `stop`: both say how much is lost",
+            );
+        }
     }
 }
 
@@ -91,7 +117,8 @@ fn check_forces(what: &str, subhinge: usize, s: &Subhinge, faults: &mut Vec<Mech
 pub(crate) fn check_loop_hinge(what: &str, hinge: &Hinge, faults: &mut Vec<MechanismFault>) {
     for (subhinge, s) in hinge.subhinges.iter().enumerate() {
         let soft = matches!(s.stop, Stop::Soft { .. });
-        if s.damping != 0.0 || s.friction != Friction::NONE || soft {
+        let other = s.spring != Spring::NONE || s.ball != BallLimits::NONE;
+        if s.damping != 0.0 || s.friction != Friction::NONE || soft || other {
             faults.push(MechanismFault::NotOnLoop { body: what.to_owned(), subhinge });
         }
     }

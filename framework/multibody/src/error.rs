@@ -144,9 +144,21 @@ pub enum MechanismFault {
         /// The values.
         stop: crate::Stop,
     },
-    /// Damping, friction or a stop on the hinge of a loop.
+    /// A spring, a limit of a ball or a restitution that is impossible or out of place.
+    #[error("{body}, subhinge {subhinge}: {what} is not usable\n  help: {wanted}")]
+    BadDrive {
+        /// What carries the hinge: ``body `NAME` `` or ``loop `NAME` ``.
+        body: String,
+        /// Which link of the chain.
+        subhinge: usize,
+        /// What is wrong.
+        what: &'static str,
+        /// What it must be.
+        wanted: &'static str,
+    },
+    /// Damping, friction, a spring or a stop on the hinge of a loop.
     #[error(
-        "{body}, subhinge {subhinge}: damping, friction and stops do not act on the hinge of a \
+        "{body}, subhinge {subhinge}: damping, friction, springs and stops do not act on the hinge of a \
          loop\n  help: write them on hinges of bodies"
     )]
     NotOnLoop {

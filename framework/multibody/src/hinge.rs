@@ -1,5 +1,6 @@
 //! Hinges: chains of subhinges from the parent body to the child body.
 
+use crate::ball::BallLimits;
 use crate::coordinates::quaternion;
 use linkwork_spatial::nalgebra::Unit;
 use linkwork_spatial::{Pose, Quat, Vec3};
@@ -180,6 +181,21 @@ impl Friction {
     pub const NONE: Self = Self { force: 0.0, rate: 0.0 };
 }
 
+/// A spring at a hinge: τ = −k (q − rest); of a ball −k θ about the axis of the whole rotation θ.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Spring {
+    /// k: N m/rad or N/m.
+    pub stiffness: f64,
+    /// Coordinate without force, rad or m; 0 of a ball.
+    pub rest: f64,
+}
+
+impl Spring {
+    /// No spring.
+    pub const NONE: Self = Self { stiffness: 0.0, rest: 0.0 };
+}
+
 /// One link of the chain.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Subhinge {
@@ -208,6 +224,16 @@ pub struct Subhinge {
     /// Dry friction; only for one-dof subhinges. As with damping, the kernels do not know it.
     #[serde(default)]
     pub friction: Friction,
+    /// Spring; not on free subhinges. As with damping, the kernels do not know it.
+    #[serde(default)]
+    pub spring: Spring,
+    /// Limits of a ball.
+    #[serde(default)]
+    pub ball: BallLimits,
+    /// Coefficient of restitution at the limits: the rate after an impact over that before. `None`: 0 with contact, and that of the
+    /// stop without.
+    #[serde(default)]
+    pub restitution: Option<f64>,
 }
 
 fn unity() -> f64 {
@@ -233,6 +259,9 @@ impl From<SubhingeKind> for Subhinge {
             stop: Stop::Usual,
             damping: 0.0,
             friction: Friction::NONE,
+            spring: Spring::NONE,
+            ball: BallLimits::NONE,
+            restitution: None,
         }
     }
 }

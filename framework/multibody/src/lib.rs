@@ -31,6 +31,7 @@
 //! ```
 #![allow(non_snake_case)]
 
+mod ball;
 mod builder;
 mod checks;
 mod constraint;
@@ -43,6 +44,7 @@ pub mod modes;
 pub mod names;
 mod subgraph;
 
+pub use ball::BallLimits;
 pub use builder::{BodySpec, Builder, NodeSpec};
 pub use constraint::{
     Anchor, ConstraintId, Coupled, Coupling, HingeCoordinate, Loop, LoopClosure, LoopFault,
@@ -50,7 +52,7 @@ pub use constraint::{
 };
 pub use coordinates::{straight, uniform};
 pub use error::{BuildError, MechanismFault};
-pub use hinge::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
+pub use hinge::{Coordinate, Friction, Hinge, Limits, Spring, Stop, Subhinge, SubhingeKind};
 pub use ids::{BodyId, NodeId};
 pub use linkwork_spatial as spatial;
 pub use mechanism::{Body, Multibody, Node, SubhingeRange};

@@ -1,5 +1,6 @@
 //! Arms, hands and legs: what they take, carry and press.
 
+mod balls;
 mod errors;
 mod grasp;
 mod impacts;

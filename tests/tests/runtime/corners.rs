@@ -48,6 +48,7 @@ const BY_ITS_INPUT: &[&str] = &[
 /// itself, and adaptive methods take shorter steps there.
 const CORNER_BY_MOTION: &[(&str, &str)] = &[
     ("actuators.angle_follower", "its greatest rate and acceleration"),
+    ("actuators.bushing", "half a turn has no axis"),
     ("actuators.dc_motor", "its greatest current, and friction that is smooth at zero"),
     ("actuators.position_servo", "its greatest torque"),
     ("actuators.rate_follower", "its greatest acceleration"),

@@ -7,7 +7,9 @@ use crate::schema::read::fields;
 use crate::schema::record::{Presence, Record, argument, of, record, variant_name, variant_of};
 use crate::text::report::Cx;
 use crate::text::value::variant;
-use linkwork_multibody::{Coordinate, Friction, Hinge, Limits, Stop, Subhinge, SubhingeKind};
+use linkwork_multibody::{
+    BallLimits, Coordinate, Friction, Hinge, Limits, Spring, Stop, Subhinge, SubhingeKind,
+};
 use linkwork_runtime::{Located, Value};
 use linkwork_spatial::Vec3;
 
@@ -59,9 +61,11 @@ record! {
         /// Turns of the rotor for a turn of the coordinate.
         gear: Option<f64> = number("").maybe(),
         /// Limits of the coordinate.
-        limits: Option<Limits> = of::<Limits>().maybe(),
+        limits: Option<LimitsForm> = of::<LimitsForm>().maybe(),
         /// What acts at the limits: `true`, `false`, or a spring with a damper.
         stop: Option<Stop> = stop().maybe(),
+        /// Spring: its stiffness, and the coordinate where it has no force.
+        spring: Option<Spring> = of::<Spring>().maybe(),
         /// Viscous damping.
         damping: Option<f64> = drive_number("N m s/rad", "N s/m").maybe(),
         /// Dry friction, with the rate at which its smooth form reaches it.
@@ -70,15 +74,31 @@ record! {
 }
 
 record! {
-    for Limits: "limits" {
-        /// Lowest coordinate.
-        lower: drive_number("rad", "m").or(f64::NEG_INFINITY),
-        /// Highest coordinate.
-        upper: drive_number("rad", "m").or(f64::INFINITY),
+    /// Limits of a coordinate, or of a ball.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub(crate) struct LimitsForm: "limits" {
+        /// Lowest coordinate; 0 of a ball.
+        lower: f64 = drive_number("rad", "m").or(f64::NEG_INFINITY),
+        /// Highest coordinate; of a ball the greatest angle of its whole rotation.
+        upper: f64 = drive_number("rad", "m").or(f64::INFINITY),
         /// Largest rate, either way.
-        rate: drive_number("rad/s", "m/s").or(f64::INFINITY),
+        rate: f64 = drive_number("rad/s", "m/s").or(f64::INFINITY),
         /// Largest force or torque of what drives the coordinate, either way.
-        effort: drive_number("N m", "N").or(f64::INFINITY),
+        effort: f64 = drive_number("N m", "N").or(f64::INFINITY),
+        /// Of a ball: greatest angle between the z axes of the two sides of the hinge.
+        cone: f64 = number("rad").or(f64::INFINITY),
+        /// Of a ball: greatest rotation about z, either way.
+        twist: f64 = number("rad").or(f64::INFINITY),
+        /// Coefficient of restitution at the limits.
+        restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),
+    }
+}
+record! {
+    for Spring: "spring" {
+        /// Stiffness.
+        stiffness: drive_number("N m/rad", "N/m").at_least(0.0).need("write `spring: (stiffness: ..)`"),
+        /// Coordinate without force.
+        rest: drive_number("rad", "m").or(0.0),
     }
 }
 record! {
@@ -245,11 +265,48 @@ pub(crate) fn options(cx: &mut Cx, v: &Located, at: &At<'_>, chain: &mut [Subhin
         }
         s.armature = drive.armature.unwrap_or(s.armature);
         s.gear = drive.gear.unwrap_or(s.gear);
-        s.limits = drive.limits.unwrap_or(s.limits);
+        if let Some(l) = drive.limits {
+            take_limits(cx, v, &at, &l, s);
+        }
+        s.spring = drive.spring.unwrap_or(s.spring);
         s.damping = drive.damping.unwrap_or(s.damping);
         s.friction = drive.friction.unwrap_or(s.friction);
         s.stop = drive.stop.unwrap_or(s.stop);
     }
+}
+
+/// Limits as written, of a coordinate or a ball.
+fn take_limits(cx: &mut Cx, v: &Located, at: &At<'_>, l: &LimitsForm, s: &mut Subhinge) {
+    let origin = v.get("limits").map_or(v.origin, |l| l.origin);
+    s.restitution = l.restitution;
+    if s.kind == SubhingeKind::Ball {
+        if l.lower > 0.0 || (l.lower.is_finite() && l.lower != 0.0) {
+            let fact =
+                format!("{}: `lower` of a ball is 0, because its angle has no sign", at.what);
+            cx.fault(origin, fact, "write `upper`, `cone` or `twist`");
+        }
+        if l.rate.is_finite() || l.effort.is_finite() {
+            let fact = format!("{}: a ball has no limits of rate and effort", at.what);
+            cx.fault(origin, fact, "write `upper`, `cone` or `twist`");
+        }
+        s.ball = BallLimits { angle: l.upper, cone: l.cone, twist: l.twist };
+        return;
+    }
+    if l.cone.is_finite() || l.twist.is_finite() {
+        let fact = format!("{}: `cone` and `twist` are limits of balls", at.what);
+        cx.fault(origin, fact, "write `lower` and `upper`");
+    }
+    s.limits = Limits { lower: l.lower, upper: l.upper, rate: l.rate, effort: l.effort };
+}
+
+/// The limits of a subhinge as a file has them; `None` without any.
+fn written_limits(s: &Subhinge) -> Option<LimitsForm> {
+    let Limits { lower, upper, rate, effort } = s.limits;
+    let BallLimits { angle, cone, twist } = s.ball;
+    let upper = if s.kind == SubhingeKind::Ball { angle } else { upper };
+    let any = s.limits != Limits::NONE || s.ball != BallLimits::NONE || s.restitution.is_some();
+    let restitution = s.restitution;
+    any.then_some(LimitsForm { lower, upper, rate, effort, cone, twist, restitution })
 }
 
 fn subhinge(s: &Subhinge) -> Value {
@@ -275,7 +332,8 @@ fn subhinge(s: &Subhinge) -> Value {
         prescribed: (s.coordinate == Coordinate::Prescribed).then_some(true),
         armature: Some(s.armature).filter(|x| *x != 0.0),
         gear: Some(s.gear).filter(|x| *x != 1.0),
-        limits: Some(s.limits).filter(|l| *l != Limits::NONE),
+        limits: written_limits(s),
+        spring: Some(s.spring).filter(|s| *s != Spring::NONE),
         stop: Some(s.stop).filter(|s| *s != Stop::Usual),
         damping: Some(s.damping).filter(|x| *x != 0.0),
         friction: Some(s.friction).filter(|f| *f != Friction::NONE),

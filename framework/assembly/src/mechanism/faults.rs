@@ -38,6 +38,7 @@ pub(crate) fn fault_origin(
         | MechanismFault::BadDamping { body: what, .. }
         | MechanismFault::BadFriction { body: what, .. }
         | MechanismFault::BadStop { body: what, .. }
+        | MechanismFault::BadDrive { body: what, .. }
         | MechanismFault::NotOnLoop { body: what, .. }
         | MechanismFault::UnknownEnd { what, .. }
         | MechanismFault::NotFinite { place: what } => any(what),

@@ -100,6 +100,27 @@ impl RowSet {
         self.walk(units, uw, row);
     }
 
+    /// As [`RowSet::add_coordinate`], for a sum of three coordinates of one hinge with factors `d`, from `place` on in β: a limit of
+    /// a ball.
+    pub fn add_direction(
+        &mut self,
+        tree: &Tree,
+        units: &Units,
+        uw: &UnitsWork,
+        place: usize,
+        d: &Vec3,
+        v: &[f64],
+    ) {
+        self.ends.clear();
+        self.terms.clear();
+        let mut row = RowGroup { n: 1, ..RowGroup::default() };
+        for k in 0..3 {
+            self.term(tree.dofs.link[place + k], (place + k) as u32, d[k]);
+            row.rate[0] += d[k] * v[place + k];
+        }
+        self.walk(units, uw, row);
+    }
+
     /// Adds rows that measure the velocity of body `b` relative to body `a` at a point (m, world)
     /// along directions (unit vectors, world), three at most: a contact. `None` is the world. On a
     /// flexible body the point is glued to the nearest station that has mass or carries something,

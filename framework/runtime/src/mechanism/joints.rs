@@ -3,7 +3,9 @@
 //! ```text
 //! damping    τ = −d q̇
 //! friction   τ = −F tanh(q̇ / w)                    only where it is integrated
+//! spring     τ = −k (q − q₀), of a ball −k θ n      θ n: its whole rotation
 //! stop       τ = ± max(0, k p (1 + min(1, c ṗ)))   only where it is integrated; p: how far past the limit
+//!            k p ((1 + e²) + (1 − e²) tanh(ṗ / w)) / 2 with a restitution e: it returns e² of the energy
 //!
 //! usual stop     k = m (0.2 / h)²,  c = 1 s/rad or 10 s/m
 //! ```
@@ -17,8 +19,10 @@ use super::spec::MechanismSpec;
 use crate::value::Fault;
 use linkwork_dynamics::{Tree, Workspace, inverse_mass_diagonal, kinematics};
 use linkwork_multibody::{
-    Coordinate, Friction, Multibody, Stop, Subhinge, SubhingeKind, SubhingeRange,
+    BallLimits, Coordinate, Friction, Multibody, Spring, Stop, Subhinge, SubhingeKind,
+    SubhingeRange,
 };
+use linkwork_spatial::{Quat, Vec3, nalgebra};
 
 /// Natural frequency of a usual stop in radians a step.
 const SOFT: f64 = 0.2;
@@ -32,9 +36,29 @@ struct SoftStop {
     v: usize,
     lower: f64,
     upper: f64,
+    law: StopLaw,
+}
+
+/// How a stop pushes back.
+#[derive(Clone, Copy, Debug)]
+struct StopLaw {
     stiffness: f64,
     damping: f64,
+    /// e², where a restitution is written.
+    returns: Option<f64>,
 }
+
+/// Limits of a ball with their stop.
+#[derive(Clone, Copy, Debug)]
+struct BallStop {
+    q: usize,
+    v: usize,
+    limits: BallLimits,
+    law: StopLaw,
+}
+
+/// Rate over which a stop with restitution goes from pressing to returning, rad/s or m/s.
+const TURNS: f64 = 0.01;
 
 /// Forces of hinges by place in β; empty where no hinge has any.
 #[derive(Clone, Debug, Default)]
@@ -43,6 +67,11 @@ pub(super) struct JointForces {
     /// Place, force, 1 / rate.
     friction: Vec<(usize, f64, f64)>,
     stops: Vec<SoftStop>,
+    /// Place in q, in β, stiffness, rest.
+    springs: Vec<(usize, usize, f64, f64)>,
+    /// Of balls: place in q, in β, stiffness.
+    ball_springs: Vec<(usize, usize, f64)>,
+    ball_stops: Vec<BallStop>,
 }
 
 impl JointForces {
@@ -58,9 +87,37 @@ impl JointForces {
         for s in &self.stops {
             let (q, v) = (q[s.q], v[s.v]);
             if q < s.lower {
-                tau[s.v] += s.force(s.lower - q, -v);
+                tau[s.v] += s.law.force(s.lower - q, -v);
             } else if q > s.upper {
-                tau[s.v] -= s.force(q - s.upper, v);
+                tau[s.v] -= s.law.force(q - s.upper, v);
+            }
+        }
+        for &(at, i, stiffness, rest) in &self.springs {
+            tau[i] -= stiffness * (q[at] - rest);
+        }
+        if self.has_balls() {
+            self.add_balls(q, v, tau);
+        }
+    }
+
+    /// Whether forces of balls act, whose derivatives are not known here.
+    pub fn has_balls(&self) -> bool {
+        !(self.ball_springs.is_empty() && self.ball_stops.is_empty())
+    }
+
+    fn add_balls(&self, q: &[f64], v: &[f64], tau: &mut [f64]) {
+        for &(at, i, stiffness) in &self.ball_springs {
+            let r = &q[at..at + 4];
+            let turn = Quat::new_unchecked(nalgebra::Quaternion::new(r[3], r[0], r[1], r[2]));
+            let pull = turn.scaled_axis() * stiffness;
+            (0..3).for_each(|k| tau[i + k] -= pull[k]);
+        }
+        for s in &self.ball_stops {
+            let w = Vec3::new(v[s.v], v[s.v + 1], v[s.v + 2]);
+            let past = s.limits.left(&q[s.q..s.q + 4]).into_iter().flatten();
+            for (left, d) in past.filter(|(left, _)| *left < 0.0) {
+                let push = d * s.law.force(-left, -d.dot(&w));
+                (0..3).for_each(|k| tau[s.v + k] += push[k]);
             }
         }
     }
@@ -75,12 +132,15 @@ impl JointForces {
             let part = (v[i] * inverse).tanh();
             each(i, 0.0, -force * inverse * (1.0 - part * part));
         }
+        for &(_, i, stiffness, _) in &self.springs {
+            each(i, -stiffness, 0.0);
+        }
         for s in &self.stops {
             let (q, v) = (q[s.q], v[s.v]);
             let slopes = if q < s.lower {
-                s.slopes(s.lower - q, -v)
+                s.law.slopes(s.lower - q, -v)
             } else if q > s.upper {
-                s.slopes(q - s.upper, v)
+                s.law.slopes(q - s.upper, v)
             } else {
                 continue;
             };
@@ -89,14 +149,23 @@ impl JointForces {
     }
 }
 
-impl SoftStop {
+impl StopLaw {
     /// Inwards, at the depth `p` that grows by `rate`.
     fn force(&self, p: f64, rate: f64) -> f64 {
+        if let Some(e2) = self.returns {
+            return self.stiffness * p * 0.5 * ((1.0 + e2) + (1.0 - e2) * (rate / TURNS).tanh());
+        }
         self.stiffness * p * (1.0 + (self.damping * rate).min(1.0)).max(0.0)
     }
 
-    /// ∂ of [`SoftStop::force`] by depth and rate.
+    /// ∂ of [`StopLaw::force`] by depth and rate.
     fn slopes(&self, p: f64, rate: f64) -> (f64, f64) {
+        if let Some(e2) = self.returns {
+            let part = (rate / TURNS).tanh();
+            let bend = 0.5 * (1.0 - e2) * (1.0 - part * part) / TURNS;
+            let factor = 0.5 * ((1.0 + e2) + (1.0 - e2) * part);
+            return (self.stiffness * factor, self.stiffness * p * bend);
+        }
         let factor = 1.0 + (self.damping * rate).min(1.0);
         let varies = factor > 0.0 && self.damping * rate < 1.0;
         let by_rate = if varies { self.stiffness * p * self.damping } else { 0.0 };
@@ -149,6 +218,13 @@ pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
         if s.damping != 0.0 {
             out.damping.extend(range.v.clone().map(|i| (i, s.damping)));
         }
+        if s.spring.stiffness != 0.0 {
+            let (q, v) = (range.q.start, range.v.start);
+            match s.kind {
+                SubhingeKind::Ball => out.ball_springs.push((q, v, s.spring.stiffness)),
+                _ => out.springs.push((q, v, s.spring.stiffness, s.spring.rest)),
+            }
+        }
         if smooth {
             at.friction(&mut out, warnings);
             at.stop(&mut out, warnings);
@@ -159,11 +235,14 @@ pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
 }
 
 fn limited(s: &Subhinge) -> bool {
-    s.limits.lower.is_finite() || s.limits.upper.is_finite()
+    s.limits.lower.is_finite() || s.limits.upper.is_finite() || s.ball != BallLimits::NONE
 }
 
 fn acts(s: &Subhinge) -> bool {
-    s.damping != 0.0 || s.friction != Friction::NONE || (limited(s) && s.stop != Stop::Off)
+    s.damping != 0.0
+        || s.spring != Spring::NONE
+        || s.friction != Friction::NONE
+        || (limited(s) && s.stop != Stop::Off)
 }
 
 impl At<'_> {
@@ -207,7 +286,21 @@ impl At<'_> {
                 return;
             }
         };
+        let returns = s.restitution.map(|e| e * e);
+        let law = StopLaw { stiffness, damping, returns };
         let (q, lower, upper) = (self.range.q.start, s.limits.lower, s.limits.upper);
+        if s.kind == SubhingeKind::Ball {
+            let begins = self.spec.q.get(q..q + 4).map(|q| s.ball.left(q));
+            if let Some((left, _)) =
+                begins.into_iter().flatten().flatten().find(|(left, _)| *left < 0.0)
+            {
+                let fact = format!("it begins {:.3} rad past a limit of its ball", -left);
+                let help = "begin within the limits, or write `stop: false` if it may pass them";
+                self.warn(warnings, &fact, help);
+            }
+            out.ball_stops.push(BallStop { q, v: self.range.v.start, limits: s.ball, law });
+            return;
+        }
         let start = self.spec.q.get(q).copied().unwrap_or_default();
         if start < lower || start > upper {
             self.warn(
@@ -216,7 +309,7 @@ impl At<'_> {
                 "begin within the limits, or write `stop: false` if it may pass them",
             );
         }
-        out.stops.push(SoftStop { q, v: self.range.v.start, lower, upper, stiffness, damping });
+        out.stops.push(SoftStop { q, v: self.range.v.start, lower, upper, law });
     }
 
     /// Damping that decays faster than the step can follow.

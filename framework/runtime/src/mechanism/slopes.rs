@@ -63,6 +63,7 @@ impl MechanismBlock {
             && plan.ports.accels.is_empty()
             && plan.ports.loads.is_empty()
             && plan.ports.vehicles.is_empty()
+            && !plan.joints.has_balls()
             && (plan.gravity.is_none() || plan.uniform.is_some())
             && plan.omega.is_none()
             && !self.tree.is_flexible()

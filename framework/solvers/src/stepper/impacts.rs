@@ -46,10 +46,31 @@ pub(super) struct Scene<'a> {
     pub free_turn: &'a [Vec3],
     /// Surface velocity of b minus surface velocity of a at each contact point, in its frame; empty where no surface moves.
     pub belts: &'a [[f64; 3]],
+    /// Restitution of each limit of a hinge.
+    pub bounces: &'a [f64],
     pub islands: &'a Islands,
     pub h: f64,
     pub slop: f64,
     pub bounce_min: f64,
+}
+
+impl Scene<'_> {
+    /// Restitution of a contact or a limit; 0 of other rows.
+    fn restitution(&self, g: usize) -> f64 {
+        match self.kinds[g] {
+            Kind::Contact(i) => self.points[i as usize].restitution,
+            Kind::Limit(i) => self.bounces[i as usize],
+            _ => 0.0,
+        }
+    }
+
+    /// Gap of a contact or a limit at the start of the step.
+    fn gap(&self, g: usize) -> f64 {
+        match self.kinds[g] {
+            Kind::Contact(i) => self.points[i as usize].gap,
+            _ => self.rows.groups()[g].error[0],
+        }
+    }
 }
 
 /// Impulses of impacts, and memory to find them.
@@ -104,7 +125,8 @@ impl Impacts {
     pub fn find(&mut self, scene: &Scene) -> Result<usize, StepError> {
         self.impulses.clear();
         self.impulses.resize(scene.points.len(), Vec3::zeros());
-        if !scene.points.iter().any(|p| p.restitution > 0.0) {
+        let limits = scene.bounces.iter().any(|e| *e > 0.0);
+        if !limits && !scene.points.iter().any(|p| p.restitution > 0.0) {
             return Ok(0);
         }
         self.y.fill(0.0);
@@ -138,10 +160,7 @@ impl Impacts {
     /// The impacts of an island.
     fn find_in(&mut self, scene: &Scene, island: usize) -> Result<usize, StepError> {
         let groups = scene.islands.groups(island);
-        let bounces = |g: &u32| match scene.kinds[*g as usize] {
-            Kind::Contact(i) => scene.points[i as usize].restitution > 0.0,
-            _ => false,
-        };
+        let bounces = |g: &u32| scene.restitution(*g as usize) > 0.0;
         if !groups.iter().any(bounces) {
             return Ok(0);
         }
@@ -161,8 +180,14 @@ impl Impacts {
     fn next(&mut self, scene: &Scene, groups: &[u32], t: f64) -> Option<f64> {
         let mut first = None;
         for g in groups.iter().map(|g| *g as usize) {
-            let Kind::Contact(i) = scene.kinds[g] else { continue };
-            if let Some(at) = self.closes(scene, g, i as usize, t)
+            let closes = match scene.kinds[g] {
+                Kind::Contact(_) => true,
+                // Limits without restitution stop the coordinate in the step itself.
+                Kind::Limit(_) => scene.restitution(g) > 0.0,
+                _ => false,
+            };
+            if closes
+                && let Some(at) = self.closes(scene, g, t)
                 && first.is_none_or(|f| at < f)
             {
                 first = Some(at);
@@ -172,28 +197,33 @@ impl Impacts {
     }
 
     /// Normal rate of a contact without forces, and its acceleration by them.
-    fn normal(&self, scene: &Scene, g: usize, i: usize) -> (f64, f64) {
-        let (row, n) = (&scene.rows.groups()[g], &scene.frames[i][0]);
+    fn normal(&self, scene: &Scene, g: usize) -> (f64, f64) {
+        let row = &scene.rows.groups()[g];
+        let Kind::Contact(i) = scene.kinds[g] else {
+            return (row.rate[0] + self.change[g][0], row.free[0]);
+        };
+        let i = i as usize;
+        let n = &scene.frames[i][0];
         let (carried, turn) = (n.dot(&scene.carried[i]), n.dot(&scene.free_turn[i]));
         (row.rate[0] + self.change[g][0] + scene.h * turn, row.free[0] + carried - turn)
     }
 
-    fn gap(&self, scene: &Scene, g: usize, i: usize, t: f64) -> f64 {
-        let (r, a) = self.normal(scene, g, i);
-        scene.points[i].gap + r * t + self.shift[g] + 0.5 * a * t * (t + scene.h)
+    fn gap(&self, scene: &Scene, g: usize, t: f64) -> f64 {
+        let (r, a) = self.normal(scene, g);
+        scene.gap(g) + r * t + self.shift[g] + 0.5 * a * t * (t + scene.h)
     }
 
     /// When a contact that approaches touches, from `t` on, if that is within the step.
-    fn closes(&self, scene: &Scene, g: usize, i: usize, t: f64) -> Option<f64> {
-        let (r, a) = self.normal(scene, g, i);
+    fn closes(&self, scene: &Scene, g: usize, t: f64) -> Option<f64> {
+        let (r, a) = self.normal(scene, g);
         if !(r < -scene.bounce_min && r + a * (t + 0.5 * scene.h) < STILL * r) {
             return None;
         }
-        if self.gap(scene, g, i, t) <= scene.slop {
+        if self.gap(scene, g, t) <= scene.slop {
             return Some(t);
         }
         // gap + (r + a h/2) τ + a τ²/2 = 0 with E lag in the gap; the speed at t is towards it.
-        let c = scene.points[i].gap + self.shift[g];
+        let c = scene.gap(g) + self.shift[g];
         let b = r + 0.5 * a * scene.h;
         let inside = b * b - 2.0 * a * c;
         if !(inside >= 0.0) {
@@ -215,17 +245,26 @@ impl Impacts {
             match kind {
                 Kind::Dry | Kind::Rolling => continue,
                 Kind::Constraint => {}
-                Kind::Limit if row.error[0] <= scene.slop => {}
-                Kind::Limit => continue,
+                Kind::Limit(_) if scene.restitution(g) > 0.0 => {
+                    let (r, a) = self.normal(scene, g);
+                    if self.gap(scene, g, t) > scene.slop + 1e-12 || !(r < -scene.bounce_min) {
+                        continue;
+                    }
+                    before[0] += a * (t + 0.5 * scene.h);
+                    target = scene.restitution(g) * before[0].min(0.0);
+                    elastic = true;
+                }
+                Kind::Limit(_) if row.error[0] <= scene.slop => {}
+                Kind::Limit(_) => continue,
                 Kind::Contact(i) => {
                     let i = *i as usize;
-                    if self.gap(scene, g, i, t) > scene.slop + 1e-12 {
+                    if self.gap(scene, g, t) > scene.slop + 1e-12 {
                         continue;
                     }
                     if let Some(belt) = scene.belts.get(i) {
                         before.iter_mut().zip(belt).for_each(|(v, s)| *v += s);
                     }
-                    let (r, _) = self.normal(scene, g, i);
+                    let (r, _) = self.normal(scene, g);
                     let e = scene.points[i].restitution;
                     if r < -scene.bounce_min {
                         for (k, axis) in scene.frames[i].iter().enumerate() {

@@ -31,7 +31,7 @@ use islands::Islands;
 use linkwork_collision::{ColliderId, Colliders, ContactPoint, Hiding, Query, Resistance, Scratch};
 use linkwork_dynamics::units::{RowSet, Treatment, Units, UnitsWork, WIDTH};
 use linkwork_dynamics::{Tree, Workspace};
-use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody};
+use linkwork_multibody::{BallLimits, BodyId, ConstraintId, LoopMotion, Multibody, SubhingeRange};
 use linkwork_spatial::{Force, Vec3};
 use resistance::Rolling;
 pub use settings::{ContactSettings, Impulse, JointLimits, StepError, StepReport};
@@ -48,7 +48,8 @@ const REST: f64 = 0.01;
 enum Kind {
     Constraint,
     Contact(u32),
-    Limit,
+    /// A limit of a hinge; its place among the restitutions.
+    Limit(u32),
     Dry,
     /// Moment across the normal of a contact point.
     Rolling,
@@ -68,6 +69,9 @@ pub struct ContactStepper {
     reach: Vec<f64>,
     points: Vec<ContactPoint>,
     limits: Vec<Limit>,
+    balls: Vec<Ball>,
+    /// Restitution of each limit row.
+    bounces: Vec<f64>,
     /// Body of each place in β that is a hinge's.
     bodies: Vec<Option<BodyId>>,
     turning: Turning,
@@ -111,6 +115,27 @@ struct Limit {
     v: usize,
     lower: f64,
     upper: f64,
+    restitution: f64,
+}
+
+/// A ball that must not pass its limits.
+#[derive(Clone, Copy, Debug)]
+struct Ball {
+    q: usize,
+    v: usize,
+    limits: BallLimits,
+    restitution: f64,
+}
+
+fn balls(mbs: &Multibody) -> Vec<Ball> {
+    let limited = mbs.subhinges().map(|(_, s)| s).filter(|s| s.subhinge.ball != BallLimits::NONE);
+    let ball = |s: &SubhingeRange| Ball {
+        q: s.q.start,
+        v: s.v.start,
+        limits: s.subhinge.ball,
+        restitution: s.subhinge.restitution.unwrap_or(0.0),
+    };
+    limited.map(ball).collect()
 }
 
 fn limits(mbs: &Multibody) -> Vec<Limit> {
@@ -118,7 +143,9 @@ fn limits(mbs: &Multibody) -> Vec<Limit> {
     for (_, s) in mbs.subhinges() {
         let l = s.subhinge.limits;
         if s.v.len() == 1 && (l.lower.is_finite() || l.upper.is_finite()) {
-            out.push(Limit { q: s.q.start, v: s.v.start, lower: l.lower, upper: l.upper });
+            let restitution = s.subhinge.restitution.unwrap_or(0.0);
+            let (q, v) = (s.q.start, s.v.start);
+            out.push(Limit { q, v, lower: l.lower, upper: l.upper, restitution });
         }
     }
     out
@@ -162,6 +189,11 @@ impl ContactStepper {
                 JointLimits::Stop => limits(tree.multibody()),
                 JointLimits::Ignore => Vec::new(),
             },
+            balls: match settings.limits {
+                JointLimits::Stop => balls(tree.multibody()),
+                JointLimits::Ignore => Vec::new(),
+            },
+            bounces: Vec::new(),
             bodies: bodies(tree.multibody()),
             turning: Turning::new(tree.multibody()),
             kinds: Vec::new(),
@@ -396,6 +428,7 @@ impl ContactStepper {
         self.carried.clear();
         self.free_turn.clear();
         self.rolling.clear();
+        self.bounces.clear();
         self.belts.clear();
         self.islands.begin();
         let loops = tree.multibody().loops().len();
@@ -452,9 +485,23 @@ impl ContactStepper {
                 if gap < reach {
                     self.rows.add_coordinate(tree, &self.units, &self.uw, l.v, sign, v[l.v]);
                     self.rows.set_error(gap);
-                    self.kinds.push(Kind::Limit);
+                    self.kinds.push(Kind::Limit(self.bounces.len() as u32));
+                    self.bounces.push(l.restitution);
                     self.cones.push(Cone::Unilateral);
                     self.islands.hinge(self.bodies[l.v]);
+                }
+            }
+        }
+        for ball in &self.balls {
+            let fastest = v[ball.v..ball.v + 3].iter().map(|w| w * w).sum::<f64>().sqrt();
+            for (gap, d) in ball.limits.left(&q[ball.q..ball.q + 4]).into_iter().flatten() {
+                if gap < 2.0 * h * fastest + 1e-3 {
+                    self.rows.add_direction(tree, &self.units, &self.uw, ball.v, &d, v);
+                    self.rows.set_error(gap);
+                    self.kinds.push(Kind::Limit(self.bounces.len() as u32));
+                    self.bounces.push(ball.restitution);
+                    self.cones.push(Cone::Unilateral);
+                    self.islands.hinge(self.bodies[ball.v]);
                 }
             }
         }
@@ -477,6 +524,7 @@ impl ContactStepper {
             carried: &self.carried,
             free_turn: &self.free_turn,
             belts: &self.belts,
+            bounces: &self.bounces,
             islands: &self.islands,
             h,
             slop: self.settings.slop,
@@ -530,7 +578,7 @@ impl ContactStepper {
                         *speed = speed.fast_max(moves);
                     }
                 }
-                Kind::Limit => b[0] += open(row.error[0]),
+                Kind::Limit(_) => b[0] += open(row.error[0]),
                 Kind::Dry | Kind::Rolling => {}
             }
             self.b.push(b);

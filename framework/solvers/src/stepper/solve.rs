@@ -63,7 +63,7 @@ impl ContactStepper {
         for (g, row) in self.rows.groups().iter().enumerate() {
             let gap = match self.kinds[g] {
                 Kind::Contact(i) => self.points[i as usize].gap,
-                Kind::Limit => row.error[0],
+                Kind::Limit(_) => row.error[0],
                 _ => 0.0,
             };
             let mut depth = part * (-gap - slop);
@@ -99,7 +99,7 @@ impl ContactStepper {
             self.some.push(match kind {
                 Kind::Constraint => Cone::Equality { rows: row.n },
                 // Other contacts that touch must not be pushed together.
-                Kind::Contact(_) | Kind::Limit => Cone::Unilateral,
+                Kind::Contact(_) | Kind::Limit(_) => Cone::Unilateral,
                 Kind::Dry | Kind::Rolling => Cone::Dry { bound: 0.0 },
             });
         }
@@ -108,7 +108,7 @@ impl ContactStepper {
         let kinds = &self.kinds;
         let lanes = |g: usize| match kinds[g] {
             Kind::Constraint => WIDTH,
-            Kind::Contact(_) | Kind::Limit => 1,
+            Kind::Contact(_) | Kind::Limit(_) => 1,
             Kind::Dry | Kind::Rolling => 0,
         };
         if !self.islands.several() {
