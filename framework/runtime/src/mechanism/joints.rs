@@ -19,6 +19,7 @@ use linkwork_dynamics::{Tree, Workspace, inverse_mass_diagonal, kinematics};
 use linkwork_multibody::{
     Coordinate, Friction, Multibody, Stop, Subhinge, SubhingeKind, SubhingeRange,
 };
+use linkwork_solvers::JointLimits;
 
 /// Natural frequency of a usual stop in radians a step.
 const SOFT: f64 = 0.2;
@@ -152,6 +153,8 @@ pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
         if smooth {
             at.friction(&mut out, warnings);
             at.stop(&mut out, warnings);
+        } else if spec.contact.as_ref().is_some_and(|c| c.settings.limits == JointLimits::Stop) {
+            at.outside(warnings);
         }
         at.stiff(smooth, warnings);
     }
@@ -207,8 +210,19 @@ impl At<'_> {
                 return;
             }
         };
+        self.outside(warnings);
         let (q, lower, upper) = (self.range.q.start, s.limits.lower, s.limits.upper);
-        let start = self.spec.q.get(q).copied().unwrap_or_default();
+        out.stops.push(SoftStop { q, v: self.range.v.start, lower, upper, stiffness, damping });
+    }
+
+    /// A start outside the limits, from which a stop or contact throws or pushes it back.
+    fn outside(&self, warnings: &mut Vec<Fault>) {
+        let s = &self.range.subhinge;
+        if !limited(s) || s.stop == Stop::Off {
+            return;
+        }
+        let (lower, upper) = (s.limits.lower, s.limits.upper);
+        let start = self.spec.q.get(self.range.q.start).copied().unwrap_or_default();
         if start < lower || start > upper {
             self.warn(
                 warnings,
@@ -216,7 +230,6 @@ impl At<'_> {
                 "begin within the limits, or write `stop: false` if it may pass them",
             );
         }
-        out.stops.push(SoftStop { q, v: self.range.v.start, lower, upper, stiffness, damping });
     }
 
     /// Damping that decays faster than the step can follow.

@@ -15,6 +15,7 @@ mod gaps;
 mod joints;
 mod masses;
 mod names;
+mod passing;
 mod placement;
 mod plan;
 mod ports;
@@ -26,6 +27,7 @@ mod start;
 mod touch;
 
 pub use gaps::Closing;
+pub use passing::Passing;
 pub use placement::{PlaceError, Placed, Placement, place_on_terrain};
 pub use plan::{MechanismPart, MechanismPlan};
 pub use ports::{Frame, MechanismPorts};
