@@ -88,7 +88,7 @@ def test_quaternions_are_xyzw_and_any_length_is_the_same_attitude(body, state):
 
 
 def test_a_quaternion_of_zeros_does_not_hide_a_collision():
-    """The same, where it is dangerous: poses of NaN touch nothing."""
+    """Poses of NaN touch nothing: a robot in a rock would be valid."""
     free = lw.Builder().body("a", "world", lw.Hinge.free(), mass=2.0, com=COM, inertia=INERTIA)
     free = free.body("l", "a", lw.Hinge.pin([0, 1, 0]), mass=1, com=[0.1, 0, 0], inertia=0.1 * np.eye(3)).build()
     shapes = [lw.Collider.sphere("hand", "l", 0.1), lw.Collider.sphere("rock", "world", 1.0)]
