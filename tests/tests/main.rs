@@ -6,6 +6,7 @@ mod common;
 mod conformance;
 mod flight;
 mod fmi;
+mod hunt;
 mod robots;
 mod rover;
 mod runtime;

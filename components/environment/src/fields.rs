@@ -12,7 +12,7 @@ use linkwork_spatial::Mat3;
 use linkwork_world::atmosphere::Sutherland;
 use linkwork_world::gravity::point_mass_gradient;
 use linkwork_world::planet::AU;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// One acceleration everywhere.
 #[derive(Params, Clone, Debug)]
@@ -233,7 +233,7 @@ impl Service for ExponentialAtmosphere {
 #[derive(Params, Clone, Debug)]
 pub struct FixedSunParams {
     /// On level ground or a site: azimuth from north towards east. North is y of W and east is x if the simulation has no world; else the `heading` of the world's `site` gives them.
-    #[param(unit = "rad")]
+    #[param(unit = "rad", range = -TAU..=TAU)]
     pub azimuth: Option<f64>,
     /// On level ground or a site: elevation above the horizon.
     #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]

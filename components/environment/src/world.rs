@@ -34,7 +34,7 @@ use linkwork_spatial::Mat3;
 use linkwork_world::WorldError;
 use linkwork_world::planet::rotation::{Earth, EarthOrientation, EarthParameters, FixedRate};
 use linkwork_world::planet::{self as world, Ellipsoid, Epoch, Geodetic, Rotation, Spin};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 fn told(e: &WorldError) -> BuildError {
     BuildError::of(e)
@@ -63,13 +63,13 @@ pub struct SiteParams {
     #[param(unit = "rad", range = -FRAC_PI_2..=FRAC_PI_2)]
     pub latitude: f64,
     /// East longitude.
-    #[param(unit = "rad")]
+    #[param(unit = "rad", range = -TAU..=TAU)]
     pub longitude: f64,
     /// Height of the origin above the ellipsoid.
     #[param(unit = "m", default = 0.0)]
     pub height: f64,
     /// Angle of x from east towards north: y is north for 0.
-    #[param(unit = "rad", default = 0.0)]
+    #[param(unit = "rad", default = 0.0, range = -TAU..=TAU)]
     pub heading: f64,
     /// `false`: level ground, on which the centrifugal and Coriolis accelerations of the planet's rotation are left out.
     #[param(default = true)]

@@ -1,5 +1,6 @@
 //! The colliders of a mechanism: checked, in the order of their names, constant.
 
+use crate::covered;
 use crate::discs::Discs;
 use crate::error::{ColliderFault, CollisionError};
 use crate::query::Hiding;
@@ -44,6 +45,8 @@ pub(crate) struct Item {
     pub padding: f64,
     /// Discs that touch instead of the fine shape.
     pub discs: Option<Discs>,
+    /// The others of its rigid piece that it meets or overlaps, and that may cover its faces.
+    pub fellows: Vec<u32>,
     solids: [Option<Arc<Solid>>; 2],
 }
 
@@ -143,8 +146,13 @@ impl Colliders {
             if body.is_some() || s.body == WORLD {
                 let solids = book.solids[spec].clone();
                 let discs = Discs::new(&s.fine, s.discs);
-                items.push(Item { spec, body, pose: s.pose, padding: s.padding, discs, solids });
+                let (pose, padding, fellows) = (s.pose, s.padding, Vec::new());
+                items.push(Item { spec, body, pose, padding, discs, fellows, solids });
             }
+        }
+        let fellows = covered::fellows(&items, multibody);
+        for (item, near) in items.iter_mut().zip(fellows) {
+            item.fellows = near;
         }
         let specs: Vec<&ColliderSpec> = items.iter().map(|i| &book.specs[i.spec]).collect();
         let world = multibody.bodies().len();
@@ -232,6 +240,21 @@ impl Colliders {
     #[track_caller]
     pub fn meet(&self, a: ColliderId, b: ColliderId) -> bool {
         self.meets[a.index() * self.items.len() + b.index()]
+    }
+
+    /// Pairs that do not meet for the one reason that a hinge joins their bodies, each once. O(n²): do it before stepping.
+    #[must_use]
+    pub fn parted_by_hinges(&self, multibody: &Multibody) -> Vec<(ColliderId, ColliderId)> {
+        let specs: Vec<&ColliderSpec> = self.ids().map(|i| self.spec(i)).collect();
+        let world = multibody.bodies().len();
+        let place = |i: &Item| i.body.map_or(world, |b| b.index());
+        let bodies: Vec<usize> = self.items.iter().map(place).collect();
+        let open = rules::without_hinges(&self.book.rules, &specs, &bodies, multibody);
+        let n = self.items.len();
+        let parted = |i: &usize, j: &usize| open[i * n + j] && !self.meets[i * n + j];
+        let rows =
+            (0..n).flat_map(|i| (i + 1..n).filter(move |j| parted(&i, j)).map(move |j| (i, j)));
+        rows.map(|(i, j)| (ColliderId(i as u32), ColliderId(j as u32))).collect()
     }
 
     /// Which of [`Rules::laws`] counts for a pair.

@@ -13,6 +13,7 @@
 //! of such a disc and a height field: the smooth surface through the heights         relief/discs.rs
 //! of a point cloud, a voxel map: one ball or cell after the other                   pieces/mod.rs
 //! for each direction the corners of an outline, eight at most, with names           thin.rs
+//! without those on faces that other shapes of the same body cover                   covered.rs
 //! ```
 //! Yes or no, and distances, with settings that change between questions: [`Probe`], which makes contact points only of what overlaps:
 //! ```text
@@ -67,6 +68,7 @@ mod axis;
 mod colliders;
 mod convert;
 mod core;
+mod covered;
 mod discs;
 mod drawn;
 mod edges;

@@ -103,11 +103,11 @@ pub struct Closest {
 
 /// A collider at its place for this query.
 #[derive(Clone, Copy)]
-struct Seen {
-    pose: Pose,
+pub(crate) struct Seen {
+    pub pose: Pose,
     lo: Vec3,
     hi: Vec3,
-    id: u32,
+    pub id: u32,
     reach: f64,
 }
 
@@ -134,7 +134,7 @@ impl Scratch {
 }
 
 /// The box around a solid at a pose, thicker by `grow`.
-fn around(solid: &Solid, X: &Pose, grow: f64) -> (Vec3, Vec3) {
+pub(crate) fn around(solid: &Solid, X: &Pose, grow: f64) -> (Vec3, Vec3) {
     let far = f64::INFINITY;
     let finite = solid.lo.iter().chain(solid.hi.iter()).all(|x| x.is_finite());
     if !finite {
@@ -179,6 +179,10 @@ impl Colliders {
             self.touch(a, b, query.detail, query.margin + (a.reach + b.reach), room);
             let from = out.len();
             self.report([a, b], &room.points, out);
+            if out.len() > from {
+                let size = self.size(a.id, b.id, query.detail);
+                self.uncover([a, b], (query.detail, size), seen, (from, out));
+            }
             out[from..].sort_unstable_by_key(|c| c.feature);
         }
     }

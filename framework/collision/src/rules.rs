@@ -121,6 +121,17 @@ fn joined(multibody: &Multibody, group: &[usize]) -> Vec<(usize, usize)> {
     joined.map(|(i, b)| (group[i], group[b.parent().map_or(world, |p| p.index())])).collect()
 }
 
+/// Returns, for each pair of colliders, row after row, whether it would meet if no hinge joined their bodies.
+pub(crate) fn without_hinges(
+    rules: &Rules,
+    specs: &[&ColliderSpec],
+    bodies: &[usize],
+    multibody: &Multibody,
+) -> Vec<bool> {
+    let open = Rules { neighbours: Neighbours::Collide, ..rules.clone() };
+    table(&open, specs, bodies, multibody)
+}
+
 /// For each pair of colliders, row after row, whether it meets.
 pub(crate) fn table(
     rules: &Rules,

@@ -170,6 +170,16 @@ pub enum RobotError {
         /// What it is.
         value: f64,
     },
+    /// A quaternion without a direction, such as zeros for a free body.
+    #[error(
+        "`{what}`: the quaternion at {index} has no length\n  help: give x y z w with w = 1 for no turn"
+    )]
+    ZeroQuaternion {
+        /// The argument.
+        what: &'static str,
+        /// Place of its first number.
+        index: usize,
+    },
     /// A number out of its range.
     #[error("`{what}` is {value}\n  help: {help}")]
     OutOfRange {

@@ -4,13 +4,16 @@ use crate::collision::{Carrier, Scene};
 use crate::error::{Closure, ModelError, ModelFault, RobotError};
 use crate::linkage::{Linkage, linkages};
 use crate::part::{Chain, Part, PartSpec, Resolved, resolve};
+use crate::robot::numbers;
 use linkwork_collision::{ColliderId, ColliderSpec, Rules, Shape};
 use linkwork_dynamics::Tree;
 use linkwork_formats::{
     Description, Geometry, ReadOptions, ShapeRole, Srdf, mesh_corners, read_file, read_srdf_file,
 };
 use linkwork_multibody::names::suggest;
-use linkwork_multibody::{BodyId, Builder, HingeCoordinate, Limits, Multibody, NodeId};
+use linkwork_multibody::{
+    BodyId, Builder, HingeCoordinate, Limits, Multibody, NodeId, SubhingeKind, SubhingeRange,
+};
 use linkwork_spatial::{MassProperties, Pose, RigidInertia, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -198,6 +201,8 @@ pub struct RobotModel {
     pub(crate) linkages: Vec<Option<Linkage>>,
     /// For each number of β with one number of q: its place there, and its limits.
     pub(crate) limits: Vec<Option<(usize, Limits)>>,
+    /// Where each quaternion begins in q.
+    attitudes: Vec<usize>,
     pub(crate) scene: Scene,
     joints: BTreeMap<String, (usize, usize)>,
     unused: Vec<String>,
@@ -205,6 +210,24 @@ pub struct RobotModel {
 }
 
 impl RobotModel {
+    /// Rejects configurations, row after row: numbers as [`numbers`] does, and quaternions without a direction.
+    pub(crate) fn configurations(
+        &self,
+        what: &'static str,
+        q: &[f64],
+        rows: usize,
+    ) -> Result<(), RobotError> {
+        let nq = self.tree.nq();
+        numbers(what, q, rows * nq)?;
+        for (k, at) in (0..rows).flat_map(|k| self.attitudes.iter().map(move |at| (k, at))) {
+            let index = k * nq + at;
+            if q[index..index + 4].iter().map(|x| x * x).sum::<f64>() < 1e-200 {
+                return Err(RobotError::ZeroQuaternion { what, index });
+            }
+        }
+        Ok(())
+    }
+
     /// Checks everything. O(parts · bodies).
     ///
     /// # Errors
@@ -276,7 +299,11 @@ impl RobotModel {
         }
         let linkages = linkages(spec)?;
         let scene = Scene::new(spec, &multibody, &parts, &linkages)?;
+        let turns =
+            |s: &SubhingeRange| matches!(s.subhinge.kind, SubhingeKind::Ball | SubhingeKind::Free);
+        let attitudes = multibody.subhinges().filter(|(_, s)| turns(s)).map(|(_, s)| s.q.end - 4);
         Ok(Arc::new(Self {
+            attitudes: attitudes.collect(),
             tree: Tree::new(&multibody),
             parts,
             tips,

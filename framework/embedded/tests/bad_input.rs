@@ -207,3 +207,33 @@ fn what_is_not_feasible_comes_with_the_best_that_is() {
         friction.map(|f| Friction { most: 10.0 + 1.01 * held.missing, coefficient: 50.0, ..f });
     assert!(robot.grip(plate, &[half; 2], &strong).unwrap().missing < held.missing);
 }
+
+/// Zeros are a configuration of an arm, and not of a body that moves freely: its quaternion has no length. Poses were NaN, and nothing collided.
+#[test]
+fn a_quaternion_of_zeros_is_rejected_wherever_a_configuration_is_read() {
+    let mut mechanism = Builder::new();
+    let mass = || MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
+    mechanism.body(BodySpec::new("base", "world").hinge(Hinge::free()).mass(mass()));
+    mechanism.body(body("link", "base", Hinge::pin(Vec3::y()), [0.0; 3]));
+    let ball =
+        |name: &str, body: &str, radius| ColliderSpec::new(name, body, Shape::Sphere { radius });
+    let spec = ModelSpec {
+        mechanism,
+        parts: vec![PartSpec::chain("arm", "base", "link")],
+        colliders: vec![ball("link", "link", 0.1), ball("rock", "world", 1.0)],
+        ..ModelSpec::default()
+    };
+    let model = RobotModel::new(&spec).unwrap();
+    let mut robot = Robot::new(&model);
+    let (zeros, mut good) = ([0.0; 8], [0.0; 8]);
+    good[6] = 1.0;
+    let none = |index| RobotError::ZeroQuaternion { what: "q", index };
+    assert!(robot.collides(&good).unwrap());
+    assert_eq!(robot.collides(&zeros).unwrap_err(), none(3));
+    assert_eq!(robot.set_q(&zeros).unwrap_err(), none(3));
+    let (mut out, table) = ([false; 2], [good, zeros].concat());
+    let of_all = RobotError::ZeroQuaternion { what: "q of all", index: 11 };
+    assert_eq!(robot.collides_all(&table, &mut out).unwrap_err(), of_all);
+    assert_eq!(out, [false; 2]);
+    assert!(none(3).to_string().contains("give x y z w with w = 1"));
+}

@@ -158,9 +158,9 @@ impl Fault {
                 RobotError::NoSearch { .. } => LwStatus::NoSearch,
                 RobotError::NoClosedForm { .. } => LwStatus::NoClosedForm,
                 RobotError::NotFinite { .. } => LwStatus::NotFinite,
-                RobotError::OutOfRange { .. } | RobotError::NeverFree { .. } => {
-                    LwStatus::OutOfRange
-                }
+                RobotError::OutOfRange { .. }
+                | RobotError::ZeroQuaternion { .. }
+                | RobotError::NeverFree { .. } => LwStatus::OutOfRange,
                 RobotError::Length { .. } => LwStatus::Length,
                 RobotError::OutsideLimits { .. } => LwStatus::OutsideLimits,
                 RobotError::NoRoom { .. } => LwStatus::NoRoom,

@@ -461,6 +461,8 @@ impl Run {
             }
         });
         let (ended, wall, simulated) = self.steps();
+        let late = summary::late(&ended, self.goal.until, self.runner.sim().time());
+        late.inspect(|text| self.bar.suspend(|| tell!("{text}")));
         // The state is safe before anybody is waited for.
         if matches!(ended, Ended::Stopped | Ended::Tap(_)) {
             self.runner.save("interrupted.lwck");

@@ -1,6 +1,6 @@
 //! `summary.json`, and what is said at the end of a run.
-use linkwork_runner::{Figures, Realtime};
-use linkwork_runtime::Simulation;
+use linkwork_runner::{Ended, Figures, Realtime};
+use linkwork_runtime::{Seconds, Simulation};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,6 +19,17 @@ pub enum Ending {
     Failed(String),
     /// The log could not be written on.
     LogFailed(String),
+}
+
+/// A warning when a run that reached its time ended later than `until`, which lies between two steps.
+pub fn late(ended: &Ended, until: Option<Seconds>, now: f64) -> Option<String> {
+    let until = until.filter(|_| *ended == Ended::Goal)?.seconds();
+    (now - until > 1e-9 * until.max(1e-3)).then(|| {
+        format!(
+            "warning: the run ended at {now} s: `until`, {until} s, lies between two steps\n  help: write a multiple of the \
+             step; or end the run by `stop_when: \"time >= {until} s\"`, which acts within the step"
+        )
+    })
 }
 
 /// What summary.json holds.

@@ -413,7 +413,11 @@ impl<'a> Reader<'a> {
     fn number(&mut self) -> Result<Unit, Refusal> {
         let bytes = self.rest.as_bytes();
         let digits = |mut i: usize| {
-            while i < bytes.len() && (bytes[i].is_ascii_digit() || bytes[i] == b'.') {
+            let digit = |k: usize| bytes.get(k).is_some_and(u8::is_ascii_digit);
+            // Between digits an underscore is for readers, as in all other numbers of a file.
+            let parts =
+                |k: usize| bytes.get(k) == Some(&b'_') && k > 0 && digit(k - 1) && digit(k + 1);
+            while digit(i) || bytes.get(i) == Some(&b'.') || parts(i) {
                 i += 1;
             }
             i
@@ -427,7 +431,7 @@ impl<'a> Reader<'a> {
             }
         }
         let (number, rest) = self.rest.split_at(end);
-        let Ok(value) = number.parse::<f64>() else {
+        let Ok(value) = number.replace('_', "").parse::<f64>() else {
             return Err((format!("`{number}` is no number"), "write e.g. `1.8` or `3e5`".into()));
         };
         self.rest = rest;
@@ -596,6 +600,12 @@ mod tests {
         assert!(of("A.speed > 1 m/s and A.mach < 1").is_nan());
         assert_eq!(of("A.speed > 1 m/s or A.mach < 1"), 29.0);
         assert_eq!(of("A.mach < 1 or A.speed > 1 m/s"), 29.0);
+    }
+
+    #[test]
+    fn underscores_part_digits() {
+        let c = Condition::parse("A.speed < 1_00.000_5 m/s", &variables()).unwrap();
+        assert!((c.margin(AT, |_| 30.0) - 70.0005).abs() < 1e-12);
     }
 
     #[test]

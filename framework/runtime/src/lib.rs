@@ -54,7 +54,7 @@ pub use linkwork_multibody::names::{did_you_mean, nearest};
 pub use made::Made;
 pub use mechanism::{
     Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
-    MechanismSpec, PlaceError, Placed, Placement, RankReport, place_on_terrain,
+    MechanismSpec, Passing, PlaceError, Placed, Placement, RankReport, place_on_terrain,
 };
 pub use model::{BuildError, Description, Fired, Functions, Model, Store};
 pub use overlay::{

@@ -303,7 +303,12 @@ impl<'a> ReadCx<'a> {
         {
             let unit = spec.unit.map(|u| format!(" {u}")).unwrap_or_default();
             let message = format!("{at} = {number}{unit} is out of range {}{unit}", range.text());
-            self.fault(v.origin, message, Some(spec.doc.lines().next().unwrap_or("").into()));
+            let mut help = spec.doc.lines().next().unwrap_or("").to_string();
+            if spec.unit == Some("rad") && matches!(v.value, Value::Number(_)) {
+                help +=
+                    &format!(" (a number without a unit is in rad; in degrees: \"{number} deg\")");
+            }
+            self.fault(v.origin, message, Some(help));
             return None;
         }
         Some(number)

@@ -251,6 +251,8 @@ fn what_cannot_act_is_a_warning_with_place_and_remedy() {
     assert!(told(flag(limited(), Contact::Off), h).is_empty());
     let said = told(pendulum(limited(), 0.5, 0.0, Contact::Off), h);
     assert!(said.len() == 1 && said[0].contains("outside its limits"), "{said:?}");
+    let said = told(pendulum(limited(), 0.5, 0.0, Contact::On), h);
+    assert!(said.len() == 1 && said[0].contains("outside its limits"), "{said:?}");
     let rubs = || pin().friction(Friction { force: 0.3, rate: 0.0 });
     let said = told(flag(rubs(), Contact::Off), h);
     assert!(said.len() == 1 && said[0].contains("does not act without `contact`"), "{said:?}");

@@ -49,6 +49,31 @@ fn a_runaway_stops_with_its_name_and_time() {
     assert_eq!(lab.hash("again"), lab.hash("out"), "the failure is not repeated bit by bit");
 }
 
+/// Reference-FMUs #612: a run that goes on beyond its stop time.
+#[test]
+fn an_end_between_two_steps_is_told_and_a_condition_meets_it() {
+    let lab = Lab::new();
+    lab.write("sim.ron", &edited(&[]));
+    let late = lab.run("sim.ron", "late", &["--until", "0.5003 s"]).code(0);
+    let late = late
+        .tells(&["`until`, 0.5003 s, lies between two steps", "stop_when: \"time >= 0.5003 s\""]);
+    assert!(
+        late.err.contains(&format!("ended at {} s", lab.summary("late")["time"])),
+        "{}",
+        late.err
+    );
+    assert!(lab.summary("late")["time"].as_f64().unwrap() > 0.5003);
+    let on = lab.run("sim.ron", "on", &["--until", "0.5 s"]).code(0);
+    assert!(!on.err.contains("between two steps"), "{}", on.err);
+    lab.write(
+        "cut.ron",
+        &edited(&[("until: \"1 s\"", "until: \"1 s\", stop_when: \"time >= 0.5003 s\"")]),
+    );
+    lab.run("cut.ron", "cut", &[]).code(0);
+    let time = lab.summary("cut")["time"].as_f64().unwrap();
+    assert!((time - 0.5003).abs() < 1e-9, "{time}");
+}
+
 #[test]
 fn a_number_that_is_none_stops_too() {
     let lab = Lab::new();

@@ -340,21 +340,33 @@ pub fn out_into<'py>(
     Ok(array.clone())
 }
 
-/// Three numbers.
-pub fn out_vec3<'py>(py: Python<'py>, v: &Vec3) -> Array1<'py> {
-    PyArray1::from_slice(py, v.as_slice())
+/// A few numbers, refused when they are not finite.
+fn few<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Array1<'py>> {
+    finite(values)?;
+    Ok(PyArray1::from_slice(py, values))
 }
 
-/// [ω; v]: six numbers.
-pub fn out_motion<'py>(py: Python<'py>, m: &Motion) -> Array1<'py> {
+/// One number, refused when it is not finite.
+pub fn out_number(x: f64) -> PyResult<f64> {
+    finite(&[x])?;
+    Ok(x)
+}
+
+/// Three numbers, refused when they are not finite.
+pub fn out_vec3<'py>(py: Python<'py>, v: &Vec3) -> PyResult<Array1<'py>> {
+    few(py, v.as_slice())
+}
+
+/// [ω; v]: six numbers, refused when they are not finite.
+pub fn out_motion<'py>(py: Python<'py>, m: &Motion) -> PyResult<Array1<'py>> {
     let (w, v) = (&m.angular, &m.linear);
-    PyArray1::from_slice(py, &[w.x, w.y, w.z, v.x, v.y, v.z])
+    few(py, &[w.x, w.y, w.z, v.x, v.y, v.z])
 }
 
-/// [n; F]: six numbers.
-pub fn out_force<'py>(py: Python<'py>, f: &Force) -> Array1<'py> {
+/// [n; F]: six numbers, refused when they are not finite.
+pub fn out_force<'py>(py: Python<'py>, f: &Force) -> PyResult<Array1<'py>> {
     let (n, f) = (&f.moment, &f.force);
-    PyArray1::from_slice(py, &[n.x, n.y, n.z, f.x, f.y, f.z])
+    few(py, &[n.x, n.y, n.z, f.x, f.y, f.z])
 }
 
 /// [[R, p], [0, 0, 0, 1]].

@@ -91,6 +91,11 @@ fn wrong(input: &Input<'_>, width: usize, what: &str) -> PyErr {
 }
 
 impl View<'_> {
+    /// The configurations, row after row: they come first in every algorithm.
+    fn configurations(&self) -> &[f64] {
+        self.inputs.first().map_or(&[], |(q, ..)| q)
+    }
+
     /// Row `k` of each input.
     fn row(&self, k: usize) -> impl Iterator<Item = &[f64]> {
         self.inputs.iter().map(move |(x, w, many)| {
@@ -133,6 +138,7 @@ pub fn states_into<'py>(
     kernel: impl Kernel,
 ) -> PyResult<Array<'py>> {
     let (view, width) = (rows.view(), each.iter().product::<usize>());
+    core.attitudes(view.configurations())?;
     let mut values = zeros(view.n, width)?;
     let piece = |first: usize, out: &mut [f64], ws: &mut Workspace| {
         let mut inputs: SmallVec<[&[f64]; 4]> = SmallVec::new();
@@ -235,6 +241,7 @@ pub fn ensemble_into<'py>(
 ) -> PyResult<Option<Vec<Array<'py>>>> {
     let (threads, Some(n)) = (checked(threads)?, rows.n) else { return Ok(None) };
     let view = rows.view();
+    core.attitudes(view.configurations())?;
     let size = |shape: &&[usize]| zeros(n, shape.iter().product());
     let mut results: Vec<Vec<f64>> = each.iter().map(size).collect::<PyResult<_>>()?;
     let repeated: Vec<Vec<f64>> =

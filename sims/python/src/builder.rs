@@ -428,8 +428,8 @@ impl Subhinge {
     /// >>> subhinge.axis.tolist()
     /// [0.0, 0.0, 1.0]
     #[getter]
-    fn axis<'py>(&self, py: Python<'py>) -> Option<crate::array::Array1<'py>> {
-        self.at.subhinge.kind.axis().map(|a| out_vec3(py, &a))
+    fn axis<'py>(&self, py: Python<'py>) -> PyResult<Option<crate::array::Array1<'py>>> {
+        self.at.subhinge.kind.axis().map(|a| out_vec3(py, &a)).transpose()
     }
     /// Advance of a screw, m/rad; 0 for the others.
     ///

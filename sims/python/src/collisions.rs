@@ -1,7 +1,7 @@
 //! `Collisions`: whether a robot touches itself or what is around it, at one configuration or many; obstacles that change.
 //!
 //! The queries are those of `linkwork_embedded::Robot`.
-use crate::array::{Array2, Input, out2, vector};
+use crate::array::{Array2, Input, out2};
 use crate::constraints::CLOSED;
 use crate::contact::{Collider, chosen};
 use crate::core::{Core, lock};
@@ -151,7 +151,7 @@ impl Collisions {
 
     /// A configuration (nq,) that keeps loops and couplings.
     fn at<'py>(&self, q: Given<'_, 'py>, what: &str) -> PyResult<Input<'py>> {
-        let q = vector(q, self.model.nq(), what)?;
+        let q = self.core.configuration(q, what)?;
         closed(&self.core, q.slice()).map_err(|e| open(&self.core, &format!("`{what}`"), e))?;
         Ok(q)
     }
@@ -251,6 +251,7 @@ impl Collisions {
             let fact = format!("`q` has {width} numbers in a row, the mechanism has {nq}");
             return Err(refuse_with(fact, format!("give it the shape (n, {nq})")));
         }
+        self.core.attitudes(input.slice())?;
         let threads = crate::batch::checked(threads)?.min(n.max(1));
         let mut out = vec![false; n];
         let values = input.slice();

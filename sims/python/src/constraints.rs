@@ -186,7 +186,7 @@ impl Mechanism {
         q: &Bound<'py, PyAny>,
         loop_motions: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let (py, q) = (q.py(), vector(q, self.core.nq(), "q")?);
+        let (py, q) = (q.py(), self.core.configuration(q, "q")?);
         let motions = self.motions(loop_motions)?;
         let out = PyDict::new(py);
         for (id, error) in self.core.errors(q.slice(), &motions) {
@@ -212,7 +212,7 @@ impl Mechanism {
     ) -> PyResult<Bound<'py, PyAny>> {
         let (py, core) = (q.py(), &*self.core);
         let motions = self.motions(loop_motions)?;
-        let mut q = vector(q, core.nq(), "q")?.slice().to_vec();
+        let mut q = core.configuration(q, "q")?.slice().to_vec();
         core.mbs.normalize(&mut q);
         let mut v = match v {
             Some(v) => Some(vector(v, core.nv(), "v")?.slice().to_vec()),
@@ -251,9 +251,9 @@ impl Mechanism {
         wrenches: Option<&Bound<'py, PyDict>>,
         loop_motions: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<ConstrainedMotion> {
-        let (core, nq, nv) = (&*self.core, self.core.nq(), self.core.nv());
+        let (core, nv) = (&*self.core, self.core.nv());
         let solver = choice("solver", solver, &SOLVERS)?;
-        let (q, v) = (vector(q, nq, "q")?, vector(v, nv, "v")?);
+        let (q, v) = (core.configuration(q, "q")?, vector(v, nv, "v")?);
         let state = (q.slice(), v.slice());
         let mut tau = vector(tau, nv, "tau")?.slice().to_vec();
         let mut vdot = match prescribed {
@@ -313,7 +313,7 @@ impl Mechanism {
         loop_motions: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Rank> {
         let core = &*self.core;
-        let q = vector(q, core.nq(), "q")?;
+        let q = core.configuration(q, "q")?;
         let motions = self.motions(loop_motions)?;
         let still = vec![0.0; core.nv()];
         let (report, redundant) = core

@@ -239,7 +239,7 @@ impl Contact {
     ) -> PyResult<ContactStep> {
         let (py, core) = (q.py(), &*self.core);
         let dt = setting("dt", Some(dt), dt, false)?;
-        let mut q = vector(q, core.nq(), "q")?.slice().to_vec();
+        let mut q = core.configuration(q, "q")?.slice().to_vec();
         let mut v = vector(v, core.nv(), "v")?.slice().to_vec();
         let mut tau = match tau {
             Some(tau) => vector(tau, core.nv(), "tau")?.slice().to_vec(),
@@ -295,7 +295,7 @@ impl Contact {
     ) -> PyResult<(Array1<'py>, Array2<'py>, Array2<'py>)> {
         let (core, nq, nv) = (&*self.core, self.core.nq(), self.core.nv());
         let dt = setting("dt", Some(dt), dt, false)?;
-        let mut q = vector(q, nq, "q")?.slice().to_vec();
+        let mut q = core.configuration(q, "q")?.slice().to_vec();
         let mut v = vector(v, nv, "v")?.slice().to_vec();
         let torque = Torque::read(torque, nv, steps)?;
         let wrenches = core.wrenches(wrenches)?;

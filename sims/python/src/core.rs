@@ -2,12 +2,14 @@
 //!
 //! The tree has one node more for each body, at the body's origin, so that whatever a node can be
 //! asked a body can be asked too.
-use crate::array::wrench;
-use crate::error::refuse_with;
+use crate::array::{Input, vector, wrench};
+use crate::error::{refuse, refuse_with};
 use crate::files::FileContact;
 use crate::values::pairs;
 use linkwork_assembly::BodyShape;
-use linkwork_dynamics::{Derivatives, Ensemble, InverseKinematics, Tree, Workspace, kinematics};
+use linkwork_dynamics::{
+    Derivatives, Ensemble, InverseKinematics, Tree, Workspace, checked, kinematics,
+};
 use linkwork_formats::Description;
 use linkwork_multibody::{Builder, Multibody, NodeId};
 use linkwork_runtime::remedy;
@@ -108,6 +110,23 @@ impl Core {
     /// Numbers in q.
     pub fn nq(&self) -> usize {
         self.mbs.nq()
+    }
+
+    /// Reads a configuration: nq finite numbers, of which quaternions have a direction.
+    pub fn configuration<'py>(
+        &self,
+        given: &Bound<'py, PyAny>,
+        what: &str,
+    ) -> PyResult<Input<'py>> {
+        let q = vector(given, self.nq(), what)?;
+        self.attitudes(q.slice())?;
+        Ok(q)
+    }
+
+    /// Refuses configurations, row after row, with a quaternion without a direction: such as zeros for a free body.
+    pub fn attitudes(&self, rows: &[f64]) -> PyResult<()> {
+        let row = |q: &[f64]| checked::configuration(&self.tree, q).map_err(refuse);
+        rows.chunks_exact(self.nq().max(1)).try_for_each(row)
     }
 
     /// A workspace with this mechanism's gravity and no other force.

@@ -28,7 +28,7 @@ impl Report {
     /// >>> report.point.tolist()
     /// [1.0, 0.0, 0.0]
     #[getter]
-    fn point<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn point<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_vec3(py, &self.0.point)
     }
     /// Momentum (6,) of all bodies before: angular about the point (kg m²/s), linear (kg m/s).
@@ -36,7 +36,7 @@ impl Report {
     /// >>> report.momentum_before.tolist()
     /// [0.0, 0.0, 0.0, 6.0, 0.0, 0.0]
     #[getter]
-    fn momentum_before<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn momentum_before<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_force(py, &self.0.momentum_before)
     }
     /// Momentum (6,) after, about the same point. It differs when mass comes or goes, and when the world takes part. [N m s; N s].
@@ -44,7 +44,7 @@ impl Report {
     /// >>> bool(np.allclose(report.momentum_after, report.momentum_before))
     /// True
     #[getter]
-    fn momentum_after<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn momentum_after<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_force(py, &self.0.momentum_after)
     }
     /// What the new hinge gave to the attached body and all outboard of it (6,): N m s, N s.
@@ -52,7 +52,7 @@ impl Report {
     /// >>> report.impulse.round(9).tolist()
     /// [0.0, 0.0, 0.0, 3.0, 0.0, 0.0]
     #[getter]
-    fn impulse<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_force(py, &self.0.impulse)
     }
     /// Kinetic energy before, J.
@@ -114,7 +114,7 @@ impl Mechanism {
     /// >>> edit.mechanism.bodies
     /// ['upper']
     fn edit(&self, q: &Bound<'_, PyAny>, v: &Bound<'_, PyAny>) -> PyResult<Edit> {
-        let (q, v) = (vector(q, self.core.nq(), "q")?, vector(v, self.core.nv(), "v")?);
+        let (q, v) = (self.core.configuration(q, "q")?, vector(v, self.core.nv(), "v")?);
         let edit = dynamics::Edit::new(&self.core.mbs, q.slice(), v.slice()).map_err(refuse)?;
         Ok(Edit { gravity: self.core.gravity(), edit: Mutex::new(edit) })
     }
@@ -238,7 +238,7 @@ impl Edit {
         pose: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Report> {
         let core = &*mechanism.core;
-        let (q, v) = (vector(q, core.nq(), "q")?, vector(v, core.nv(), "v")?);
+        let (q, v) = (core.configuration(q, "q")?, vector(v, core.nv(), "v")?);
         let X = crate::array::pose(pose, "pose")?;
         self.with(|e| e.add_mechanism(prefix, &core.mbs, (q.slice(), v.slice()), onto, X))
     }

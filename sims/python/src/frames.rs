@@ -222,7 +222,7 @@ impl Frames {
     ) -> PyResult<Array1<'py>> {
         let mut scene = lock(&self.scene);
         let pair = scene.pair(frame, seen_from, axes).map_err(refuse)?;
-        Ok(out_vec3(py, &scene.frames.position(pair)))
+        out_vec3(py, &scene.frames.position(pair))
     }
     /// Velocity (6,) [ω; v] of a frame as an observer fixed in `seen_from` sees it: rad/s, m/s.
     /// Raises LinkworkError for a frame that is not there.
@@ -239,7 +239,7 @@ impl Frames {
     ) -> PyResult<Array1<'py>> {
         let mut scene = lock(&self.scene);
         let pair = scene.pair(frame, seen_from, axes).map_err(refuse)?;
-        Ok(out_motion(py, &scene.frames.velocity(pair)))
+        out_motion(py, &scene.frames.velocity(pair))
     }
     /// Acceleration (6,) [α; a] of a frame as that observer sees it: rad/s², m/s².
     /// Raises LinkworkError for a frame that is not there.
@@ -256,7 +256,7 @@ impl Frames {
     ) -> PyResult<Array1<'py>> {
         let mut scene = lock(&self.scene);
         let pair = scene.pair(frame, seen_from, axes).map_err(refuse)?;
-        Ok(out_motion(py, &scene.frames.acceleration(pair)))
+        out_motion(py, &scene.frames.acceleration(pair))
     }
     /// How often terms of subhinges were computed so far: (poses, velocities, accelerations).
     ///

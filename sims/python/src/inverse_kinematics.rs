@@ -301,7 +301,7 @@ impl Mechanism {
         loop_motions: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Array1<'py>> {
         let core = &*self.core;
-        let mut q = vector(q, core.nq(), "q")?.slice().to_vec();
+        let mut q = core.configuration(q, "q")?.slice().to_vec();
         let list: Vec<dynamics::Target> =
             targets_of(targets)?.iter().map(|t| t.resolve(core)).collect::<PyResult<_>>()?;
         for (what, x) in [("position", position_tolerance), ("orientation", orientation_tolerance)]
@@ -363,7 +363,7 @@ impl Mechanism {
         keep: Option<Vec<String>>,
     ) -> PyResult<Array1<'py>> {
         let core = &*self.core;
-        let q = vector(q, core.nq(), "q")?;
+        let q = core.configuration(q, "q")?;
         let mut v = match v {
             Some(v) => vector(v, core.nv(), "v")?.slice().to_vec(),
             None => vec![0.0; core.nv()],

@@ -107,7 +107,7 @@ impl Mechanism {
     }
 
     fn q<'py>(&self, q: &Bound<'py, PyAny>, what: &str) -> PyResult<Input<'py>> {
-        vector(q, self.core.nq(), what)
+        self.core.configuration(q, what)
     }
 
     fn v<'py>(&self, v: &Bound<'py, PyAny>, what: &str) -> PyResult<Input<'py>> {
@@ -182,7 +182,7 @@ impl Mechanism {
     /// >>> arm.gravity.tolist()
     /// [0.0, 0.0, -1.62]
     #[getter]
-    fn gravity<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_vec3(py, &self.core.gravity())
     }
     #[setter]

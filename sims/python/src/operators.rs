@@ -2,7 +2,7 @@
 //!
 //! Every formula and every refusal is that of `linkwork_dynamics::Operator`; this file gives them
 //! Python's signs. A vector stands on the right of `*` or `@`; a matrix there is many columns.
-use crate::array::{Array, Array2, Input, out, out2, vector};
+use crate::array::{Array, Array2, Input, out, out2};
 use crate::core::Core;
 use crate::error::{refuse, refuse_with};
 use crate::mechanism::Mechanism;
@@ -47,7 +47,7 @@ impl Mechanism {
         q: &Bound<'_, PyAny>,
         all_free: bool,
     ) -> PyResult<Operators> {
-        let q = vector(q, self.core.nq(), "q")?;
+        let q = self.core.configuration(q, "q")?;
         let q = q.slice();
         let made = self.core.run(py, |tree, ws| {
             dynamics::poses(tree, ws, q);

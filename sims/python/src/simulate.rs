@@ -218,7 +218,7 @@ impl Mechanism {
         let name = choice("integrator", integrator, &known)?;
         let method = Method::by_name(name)
             .ok_or_else(|| refuse(format!("there is no integrator `{integrator}`")))?;
-        let (q, v) = (vector(q, nq, "q")?, vector(v, nv, "v")?);
+        let (q, v) = (core.configuration(q, "q")?, vector(v, nv, "v")?);
         let torque = Torque::read(torque, nv, steps)?;
         let wrenches = core.wrenches(wrenches)?;
         let x = [q.slice(), v.slice()].concat();

@@ -336,15 +336,22 @@ impl Simulation {
         let at_row = slf.get().with(slf.py(), |r| r.sim().state().since == 0.0)?;
         Ok(if at_row { "row" } else { "event" })
     }
-    /// Runs to the first tick at or after t (s, or a text such as "2 min"). Cutting a run into
-    /// pieces changes no bit of it. Raises LinkworkError when a state is no number any more.
+    /// Runs to the first tick at or after t (s, or a text such as "2 min"), counted from the start of the simulation. Cutting a run into
+    /// pieces changes no bit of it. Raises LinkworkError for a time that lies behind by a step or more, and when a state is not finite.
     ///
     /// >>> sim.run_until("1500 ms")
     /// >>> sim.time
     /// 1.5
     fn run_until(slf: &Bound<'_, Self>, t: &Bound<'_, PyAny>) -> PyResult<()> {
-        let until = Some(seconds(t, "t")?);
-        Self::advance(slf, Goal { until, ..Goal::default() })
+        let until = seconds(t, "t")?;
+        let (to, now) = (until.seconds(), slf.get().time(slf.py())?);
+        if to + slf.get().dt() <= now {
+            return Err(refuse_with(
+                format!("the simulation is at {now} s already, past {to} s"),
+                "give a later time: it is counted from the start, as in run_until(sim.time + 1)",
+            ));
+        }
+        Self::advance(slf, Goal { until: Some(until), ..Goal::default() })
     }
     /// Runs to `until`, or to when the file's `stop_when` is true.
     /// Raises LinkworkError when neither says when to stop, and when a state is no number any more.

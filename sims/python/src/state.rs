@@ -1,7 +1,9 @@
 //! `State`: a mechanism at q and v, whose kinematics was done once; poses, velocities,
 //! accelerations, momentum and energies are read from it.
 use crate::array::vector;
-use crate::array::{Array1, Array2, checked1, out_force, out_motion, out_pose, out_vec3, out2};
+use crate::array::{
+    Array1, Array2, checked1, out_force, out_motion, out_number, out_pose, out_vec3, out2,
+};
 use crate::core::{Core, lock};
 use crate::error::{refuse, refuse_with};
 use linkwork_dynamics::{self as dynamics, Tree, Workspace};
@@ -120,7 +122,7 @@ impl State {
     /// >>> state.position("tip").round(6).tolist()
     /// [0.016014, 0.0, -1.692185]
     fn position<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
-        Ok(out_vec3(py, &self.node_pose(frame)?.position))
+        out_vec3(py, &self.node_pose(frame)?.position)
     }
     /// Attitude of a frame: quaternion (4,) [x y z w], frame to world.
     /// Raises LinkworkError for a name that is not there.
@@ -138,7 +140,7 @@ impl State {
     /// [0.0, 0.1, 0.0, 0.0, 0.0, 0.0]
     fn velocity<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         let V = self.at(frame, |tree, ws, n| ws.node_velocity(tree, n))?;
-        Ok(out_motion(py, &V))
+        out_motion(py, &V)
     }
     /// Acceleration (6,) of a frame: angular (rad/s²), second derivative of its origin's position
     /// (m/s²). A body at rest reads zero; an accelerometer takes gravity off.
@@ -150,7 +152,7 @@ impl State {
     fn acceleration<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         self.known()?;
         let a = self.at(frame, |tree, ws, n| ws.node_acceleration(tree, n))?;
-        Ok(out_motion(py, &a))
+        out_motion(py, &a)
     }
     /// Acceleration (6,) that a frame would have with vdot = 0: dJ/dt v of its Jacobian J.
     /// Raises LinkworkError for a name that is not there.
@@ -159,7 +161,7 @@ impl State {
     /// [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     fn bias_acceleration<'py>(&self, py: Python<'py>, frame: &str) -> PyResult<Array1<'py>> {
         let a = self.at(frame, |tree, ws, n| ws.node_bias_acceleration(tree, n))?;
-        Ok(out_motion(py, &a))
+        out_motion(py, &a)
     }
 
     /// Centre of mass (3,) of one body in the world, m; its origin when it has no mass.
@@ -169,7 +171,7 @@ impl State {
     /// [-0.14776, -0.0, -0.477668]
     fn body_com<'py>(&self, py: Python<'py>, body: &str) -> PyResult<Array1<'py>> {
         let body = self.core.body(body)?;
-        Ok(out_vec3(py, &self.with(|tree, ws| ws.body_com(tree, body))))
+        out_vec3(py, &self.with(|tree, ws| ws.body_com(tree, body)))
     }
     /// Inertia (6, 6) of a body and all that hangs on it, as if frozen: about the body's origin,
     /// world axes: [[J, m c~], [-m c~, m 1]], kg m², kg m, kg.
@@ -196,14 +198,14 @@ impl State {
     ///
     /// >>> state.center_of_mass().round(6).tolist()
     /// [-0.145091, -0.0, -0.759699]
-    fn center_of_mass<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn center_of_mass<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_vec3(py, &self.with(|tree, ws| dynamics::center_of_mass(tree, ws)))
     }
     /// Velocity (3,) of that centre of mass, m/s.
     ///
     /// >>> state.com_velocity().round(6).tolist()
     /// [-0.125093, 0.0, -0.00626]
-    fn com_velocity<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn com_velocity<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_vec3(py, &self.with(|tree, ws| dynamics::com_velocity(tree, ws)))
     }
     /// Acceleration (3,) of that centre of mass, m/s².
@@ -214,30 +216,30 @@ impl State {
     /// (3,)
     fn com_acceleration<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         self.known()?;
-        Ok(out_vec3(py, &self.with(|tree, ws| dynamics::com_acceleration(tree, ws))))
+        out_vec3(py, &self.with(|tree, ws| dynamics::com_acceleration(tree, ws)))
     }
     /// Momentum (6,) of all bodies that can move: angular about their centre of mass (kg m²/s),
     /// linear (kg m/s). Spin of rotors against their bodies is not part of it.
     ///
     /// >>> bool(np.allclose(state.momentum()[3:], 3 * state.com_velocity()))
     /// True
-    fn momentum<'py>(&self, py: Python<'py>) -> Array1<'py> {
+    fn momentum<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         out_force(py, &self.with(|tree, ws| dynamics::momentum(tree, ws)))
     }
     /// Kinetic energy, J, rotors included: ½ vᵀ M v.
     ///
     /// >>> round(state.kinetic_energy(), 6)
     /// 0.056297
-    fn kinetic_energy(&self) -> f64 {
-        self.with(|tree, ws| dynamics::kinetic_energy(tree, ws, &self.v))
+    fn kinetic_energy(&self) -> PyResult<f64> {
+        out_number(self.with(|tree, ws| dynamics::kinetic_energy(tree, ws, &self.v)))
     }
     /// Potential energy in uniform gravity, J: −Σ m g·c, zero with all masses at the world's
     /// origin.
     ///
     /// >>> round(state.potential_energy(), 6)
     /// -22.357945
-    fn potential_energy(&self) -> f64 {
-        self.with(|tree, ws| dynamics::potential_energy(tree, ws))
+    fn potential_energy(&self) -> PyResult<f64> {
+        out_number(self.with(|tree, ws| dynamics::potential_energy(tree, ws)))
     }
 
     /// Adds a wrench (6,) on a frame until `clear_wrenches`: moment about its origin (N m), force

@@ -241,6 +241,18 @@ def test_refusals():
     assert "dampin" in str(e.value) and "step is zero" in str(e.value)
 
 
+def test_a_time_that_lies_behind_is_refused():
+    sim = lw.Simulation(PENDULUM)
+    sim.run_until(1.5)
+    hash = sim.state_hash
+    with pytest.raises(lw.LinkworkError, match="is at 1.5 s already, past 1 s"):
+        sim.run_until(1)
+    # The present tick is no step behind: nothing is left to do.
+    sim.run_until(1.5)
+    sim.run_until(1.4995)
+    assert (sim.time, sim.state_hash) == (1.5, hash)
+
+
 def test_callbacks_that_fail_or_advance_the_run():
     sim = lw.Simulation(PENDULUM)
     sim.at(10, lambda s: 1 / 0 if s.time > 0.25 else None)

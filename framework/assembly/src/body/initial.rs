@@ -42,13 +42,13 @@ record! {
         /// Eccentricity.
         eccentricity: f64 = number("").at_least(0.0).or(0.0),
         /// Inclination to x and y of the inertial axes.
-        inclination: f64 = number("rad").or(0.0),
+        inclination: f64 = number("rad").turn().or(0.0),
         /// Right ascension of the ascending node.
-        ascending_node: f64 = number("rad").or(0.0),
+        ascending_node: f64 = number("rad").turn().or(0.0),
         /// Argument of the pericentre.
-        pericentre: f64 = number("rad").or(0.0),
+        pericentre: f64 = number("rad").turn().or(0.0),
         /// True anomaly; without it and `mean_anomaly` at the pericentre.
-        anomaly: Option<f64> = number("rad").maybe(),
+        anomaly: Option<f64> = number("rad").turn().maybe(),
         /// Mean anomaly, instead of `anomaly`.
         mean_anomaly: Option<f64> = number("rad").maybe(),
     }
@@ -77,7 +77,7 @@ record! {
         /// Geodetic latitude, north positive.
         latitude: f64 = number("rad").within(-FRAC_PI_2, FRAC_PI_2).need("write `latitude: ..`"),
         /// East longitude.
-        longitude: f64 = number("rad").need("write `longitude: ..`"),
+        longitude: f64 = number("rad").turn().need("write `longitude: ..`"),
         /// Height over the ellipsoid.
         height: f64 = number("m").or(0.0),
         /// Velocity over the ground: east, north, up.

@@ -165,7 +165,7 @@ record! {
         /// x, y of its origin in the site frame (m).
         at: [f64; 2] = numbers::<2>("m").need("write `at: [x, y]` in m"),
         /// Heading about the vertical (rad).
-        heading: f64 = number("rad").or(0.0),
+        heading: f64 = number("rad").turn().or(0.0),
         /// Bodies that stand on the ground, by patterns; each axle is its body's y axis.
         wheels: Vec<Text> = texts().need("write `wheels: [\"Rover.Hardware.Wheels.*/wheel\"]`"),
         /// Radius of the wheels (m).

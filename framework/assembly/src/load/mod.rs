@@ -31,8 +31,8 @@ use crate::wiring::wires::Wiring;
 use linkwork_collision::Colliders;
 use linkwork_formats::whole_text;
 use linkwork_runtime::{
-    Catalogue, Fault, Faults, Integrator, Located, Origin, PhaseSpec, Program, Sources, Spec,
-    Value, WatchSpec,
+    Catalogue, Fault, Faults, Integrator, Located, MechanismSpec, Origin, PhaseSpec, Program,
+    Sources, Spec, Value, WatchSpec,
 };
 use linkwork_solvers::Kept;
 use std::collections::BTreeMap;
@@ -133,11 +133,19 @@ impl Loaded {
     }
 
     /// What imported files say and the simulation does not do, told at the `import` that brought it; integrators that
-    /// contact replaces; and shapes that collide while no phase has contact.
+    /// contact replaces; shapes that pass through the world because of a hinge; and shapes that collide while no phase has contact.
     #[must_use]
     pub fn warnings(&self) -> Vec<Fault> {
         let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
         all.extend(self.replaced.iter().cloned());
+        // What passes through in one phase and meets in another is meant.
+        let machines = || self.phases.iter().filter_map(|p| p.spec.mechanism());
+        let passing = machines().flat_map(MechanismSpec::passing);
+        for found in passing.filter(|f| !machines().any(|m| m.meets(&f.colliders))) {
+            if all.iter().all(|w: &Fault| w.message != found.warning.message) {
+                all.push(found.warning);
+            }
+        }
         let touches = |p: &PhaseSpec| {
             p.spec.mechanism().is_some_and(|m| {
                 m.contact.is_some() || m.compliant.is_some() || m.kinematic.is_some()

@@ -12,6 +12,7 @@ use crate::text::value::{self, Text, is_unknown, variant};
 use linkwork_runtime::{Located, Origin, Seconds, Value, remedy};
 use linkwork_spatial::Vec3;
 use std::borrow::Cow;
+use std::f64::consts::TAU;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -104,6 +105,10 @@ impl Number {
     pub fn within(self, low: f64, high: f64) -> Number {
         Number { low, high, ..self }
     }
+    /// An angle of a direction or place: more than a turn is one in degrees without its unit.
+    pub fn turn(self) -> Number {
+        self.within(-TAU, TAU)
+    }
     pub fn at_least(self, low: f64) -> Number {
         Number { low, ..self }
     }
@@ -117,12 +122,16 @@ impl Number {
         if x >= self.low && x <= self.high {
             return Some(x);
         }
+        let unit = self.unit(at);
         let help = match (self.low == f64::MIN_POSITIVE, self.high.is_finite()) {
+            (_, true) if unit == "rad" => format!(
+                "write an angle from {:.4} to {:.4} rad, or one in degrees with its unit: \"90 deg\"",
+                self.low, self.high
+            ),
             (true, false) => "write a number above zero".to_string(),
             (_, true) => format!("write a number from {} to {}", self.low, self.high),
             (false, false) => format!("write {} or more", self.low),
         };
-        let unit = self.unit(at);
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         cx.fault(v.origin, format!("{} is {x}{unit}", at.what), help);
         None
@@ -289,23 +298,35 @@ impl Kind for Raw {
     }
 }
 
-/// Numbers in one unit, so many of them.
-pub(crate) struct Numbers<const N: usize>(&'static str);
+/// Exactly `N` numbers in one unit; after `turn` each of them is from −2π to 2π.
+pub(crate) struct Numbers<const N: usize>(&'static str, bool);
 
 pub(crate) fn numbers<const N: usize>(unit: &'static str) -> Numbers<N> {
-    Numbers(unit)
+    Numbers(unit, false)
+}
+
+impl<const N: usize> Numbers<N> {
+    /// As [`Number::turn`], each of them.
+    pub fn turn(self) -> Numbers<N> {
+        Numbers(self.0, true)
+    }
+    fn one(&self) -> Number {
+        let one = number(self.0);
+        if self.1 { one.turn() } else { one }
+    }
 }
 
 impl<const N: usize> Kind for Numbers<N> {
     type Of = [f64; N];
     fn read(&self, cx: &mut Cx, v: &Located, at: &At<'_>) -> Option<[f64; N]> {
-        read::numbers::<N>(cx, v, &at.what, self.0)
+        let all = read::numbers::<N>(cx, v, &at.what, self.0)?;
+        all.iter().all(|x| self.one().in_range(cx, v, at, *x).is_some()).then_some(all)
     }
     fn write(&self, x: &[f64; N]) -> Value {
         value::list(*x)
     }
     fn describe(&self) -> Schema {
-        Schema::List(Box::new(number(self.0).describe()), Some(N))
+        Schema::List(Box::new(self.one().describe()), Some(N))
     }
 }
 

@@ -13,13 +13,13 @@ record! {
     /// A rotation, in one of three ways.
     struct RotationForm: "rotation" {
         /// Roll, pitch and yaw: about x, then y, then z of the frame that stands.
-        rpy: Option<[f64; 3]> = numbers::<3>("rad").maybe(),
+        rpy: Option<[f64; 3]> = numbers::<3>("rad").turn().maybe(),
         /// Quaternion x, y, z, w of length 1.
         quat: Option<[f64; 4]> = numbers::<4>("").maybe(),
         /// Axis of a turn by `angle`.
         axis: Option<Vec3> = direction().maybe(),
         /// Angle about `axis`.
-        angle: Option<f64> = number("rad").maybe(),
+        angle: Option<f64> = number("rad").turn().maybe(),
     }
 }
 

@@ -9,7 +9,7 @@
 //! ```
 //! So nothing is jumped over, however thin.
 
-use super::{Hold, Mount, Robot, numbers};
+use super::{Hold, Mount, Robot};
 use crate::collision::{Carrier, Scene, matrix};
 use crate::error::RobotError;
 use crate::linkage::Link;
@@ -199,8 +199,8 @@ impl Robot {
         progress: &mut PathProgress,
         pieces: usize,
     ) -> Result<Option<Path>, RobotError> {
-        numbers("qa", qa, self.q.len())?;
-        numbers("qb", qb, self.q.len())?;
+        self.model.configurations("qa", qa, 1)?;
+        self.model.configurations("qb", qb, 1)?;
         self.model.opens_between(qa, qb)?;
         self.tears("a straight way", |v| {
             let moved = |s: &SubhingeRange| s.v.contains(&v) && qa[s.q.clone()] != qb[s.q.clone()];
@@ -478,7 +478,7 @@ impl Robot {
 
     /// Puts all colliders where they are at q.
     fn place(&mut self, q: &[f64]) -> Result<(), RobotError> {
-        numbers("q", q, self.q.len())?;
+        self.model.configurations("q", q, 1)?;
         let Memory { probe, ws, objects, linkages, .. } = &mut self.collide;
         poses(&self.tree, ws, q);
         let trees = &self.model.linkages;

@@ -3,7 +3,7 @@
 //! Within one configuration the balls about shapes are compared side by side in SIMD lanes (`framework/collision`). Lanes over configurations were measured
 //! and gain nothing: poses are a fortieth of an answer, and from the balls on each configuration goes its own way.
 
-use super::{Robot, numbers};
+use super::Robot;
 use crate::error::RobotError;
 
 impl Robot {
@@ -11,9 +11,9 @@ impl Robot {
     /// [`collides`](Self::collides); what hands hold goes with them. No allocation.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`] (its index counts from the first number of the table); then nothing is written.
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ZeroQuaternion`] (their index counts from the first number of the table); then nothing is written.
     pub fn collides_all(&mut self, q: &[f64], out: &mut [bool]) -> Result<(), RobotError> {
-        numbers("q of all", q, out.len() * self.q.len())?;
+        self.model.configurations("q of all", q, out.len())?;
         self.rows(q, out)
     }
 
@@ -40,7 +40,7 @@ pub fn collides_all(robots: &mut [Robot], q: &[f64], out: &mut [bool]) -> Result
         return Err(RobotError::ForeignHandle);
     }
     let nq = first.q.len();
-    numbers("q of all", q, out.len() * nq)?;
+    first.model.configurations("q of all", q, out.len())?;
     let rows = out.len().div_ceil(rest.len() + 1).max(1);
     std::thread::scope(|scope| {
         let mut runs = out.chunks_mut(rows).enumerate().map(|(k, out)| {

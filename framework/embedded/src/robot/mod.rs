@@ -202,9 +202,9 @@ impl Robot {
     /// Another configuration (nq), within limits or not.
     ///
     /// # Errors
-    /// [`RobotError::Length`], [`RobotError::NotFinite`]; then nothing has changed.
+    /// [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::ZeroQuaternion`]; then nothing has changed.
     pub fn set_q(&mut self, q: &[f64]) -> Result<(), RobotError> {
-        numbers("q", q, self.q.len())?;
+        self.model.configurations("q", q, 1)?;
         self.q.copy_from_slice(q);
         self.fresh = false;
         self.chains.iter_mut().flatten().for_each(|c| c.fresh = false);

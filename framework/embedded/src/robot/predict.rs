@@ -43,8 +43,8 @@ impl Robot {
         step: f64,
     ) -> Result<(), RobotError> {
         self.model.open_tree("a prediction")?;
-        let (nq, nv) = (self.tree.nq(), self.tree.nv());
-        numbers("q", state.q, nq)?;
+        let nv = self.tree.nv();
+        self.model.configurations("q", state.q, 1)?;
         numbers("v", state.v, nv)?;
         numbers("covariance", state.covariance, 4 * nv * nv)?;
         numbers("tau", tau, nv)?;

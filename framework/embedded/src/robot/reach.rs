@@ -143,7 +143,7 @@ impl Robot {
         let model = &self.model;
         let chain = model.chain(part)?;
         model.opens(chain, "a search of one chain")?;
-        numbers("q", q, self.q.len())?;
+        model.configurations("q", q, 1)?;
         check(goal, effort)?;
         chain.within_limits(q)?;
         let other = match frame {
@@ -241,7 +241,7 @@ impl Robot {
         }
         model.opens(chain, "a closed form")?;
         let n = self.q.len();
-        numbers("q", q, n)?;
+        model.configurations("q", q, 1)?;
         check(goal, &Effort::default())?;
         closed.held_within(q)?;
         let whole = goal.place == Place::Point;

@@ -7,7 +7,7 @@
 use super::kinematics::gather;
 use super::prefer::{agility, check_prefer, distances, scales};
 use super::reach::{Answer, Effort, Frame, Outcome, check};
-use super::{Best, Hold, Prefer, Robot, numbers};
+use super::{Best, Hold, Prefer, Robot};
 use crate::error::{Closure, RobotError};
 use crate::model::RobotModel;
 use crate::part::Part;
@@ -186,7 +186,7 @@ impl WholeReach {
             return Err(RobotError::ForeignHandle);
         }
         let model = &self.model;
-        numbers("q", q, model.nq())?;
+        model.configurations("q", q, 1)?;
         let room = self.room[0];
         if goals.len() > room {
             return Err(RobotError::NoRoom { what: "goals", wanted: goals.len(), room });

@@ -162,7 +162,7 @@ impl Transfer {
         let (nq, nv) = (self.start.len(), self.model.nv());
         limits.check(nv)?;
         for state in [from, to] {
-            numbers("q", state.q, nq)?;
+            self.model.configurations("q", state.q, 1)?;
             numbers("v", state.v, nv)?;
             numbers("vdot", state.vdot, nv)?;
         }

@@ -4,7 +4,7 @@
 //! Every piece is [proven free](Robot::path_free), not sampled. Work is counted in configurations; the same seed gives the same way. What hands
 //! hold goes with them.
 
-use super::{Path, Robot, numbers};
+use super::{Path, Robot};
 use crate::error::RobotError;
 use crate::part::Part;
 use linkwork_collision::ColliderId;
@@ -254,8 +254,8 @@ impl Planner {
         if robot.q.len() != self.nq {
             return Err(RobotError::ForeignHandle);
         }
-        numbers("start", start, self.nq)?;
-        numbers("goal", goal, self.nq)?;
+        robot.model.configurations("start", start, 1)?;
+        robot.model.configurations("goal", goal, 1)?;
         if !(search.step > 0.0 && search.step.is_finite()) {
             let (what, value, help) = ("step", search.step, "a step is above zero");
             return Err(RobotError::OutOfRange { what, value, help });

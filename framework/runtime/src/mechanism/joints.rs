@@ -22,6 +22,7 @@ use linkwork_multibody::{
     BallLimits, Coordinate, Friction, Multibody, Spring, Stop, Subhinge, SubhingeKind,
     SubhingeRange,
 };
+use linkwork_solvers::JointLimits;
 use linkwork_spatial::{Quat, Vec3, nalgebra};
 
 /// Natural frequency of a usual stop in radians a step.
@@ -228,6 +229,8 @@ pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
         if smooth {
             at.friction(&mut out, warnings);
             at.stop(&mut out, warnings);
+        } else if spec.contact.as_ref().is_some_and(|c| c.settings.limits == JointLimits::Stop) {
+            at.outside(warnings);
         }
         at.stiff(smooth, warnings);
     }
@@ -286,30 +289,41 @@ impl At<'_> {
                 return;
             }
         };
+        self.outside(warnings);
         let returns = s.restitution.map(|e| e * e);
         let law = StopLaw { stiffness, damping, returns };
-        let (q, lower, upper) = (self.range.q.start, s.limits.lower, s.limits.upper);
+        let (q, v) = (self.range.q.start, self.range.v.start);
         if s.kind == SubhingeKind::Ball {
-            let begins = self.spec.q.get(q..q + 4).map(|q| s.ball.left(q));
-            if let Some((left, _)) =
-                begins.into_iter().flatten().flatten().find(|(left, _)| *left < 0.0)
-            {
-                let fact = format!("it begins {:.3} rad past a limit of its ball", -left);
-                let help = "begin within the limits, or write `stop: false` if it may pass them";
-                self.warn(warnings, &fact, help);
-            }
-            out.ball_stops.push(BallStop { q, v: self.range.v.start, limits: s.ball, law });
+            out.ball_stops.push(BallStop { q, v, limits: s.ball, law });
             return;
         }
+        let (lower, upper) = (s.limits.lower, s.limits.upper);
+        out.stops.push(SoftStop { q, v, lower, upper, law });
+    }
+
+    /// A start outside the limits, from which a stop or contact throws or pushes it back.
+    fn outside(&self, warnings: &mut Vec<Fault>) {
+        let s = &self.range.subhinge;
+        if !limited(s) || s.stop == Stop::Off {
+            return;
+        }
+        let help = "begin within the limits, or write `stop: false` if it may pass them";
+        let q = self.range.q.start;
+        if s.kind == SubhingeKind::Ball {
+            let begins = self.spec.q.get(q..q + 4).map(|q| s.ball.left(q));
+            let past = begins.into_iter().flatten().flatten().find(|(left, _)| *left < 0.0);
+            if let Some((left, _)) = past {
+                let fact = format!("it begins {:.3} rad past a limit of its ball", -left);
+                self.warn(warnings, &fact, help);
+            }
+            return;
+        }
+        let (lower, upper) = (s.limits.lower, s.limits.upper);
         let start = self.spec.q.get(q).copied().unwrap_or_default();
         if start < lower || start > upper {
-            self.warn(
-                warnings,
-                &format!("it begins at {start}, outside its limits {lower} … {upper}"),
-                "begin within the limits, or write `stop: false` if it may pass them",
-            );
+            let fact = format!("it begins at {start}, outside its limits {lower} … {upper}");
+            self.warn(warnings, &fact, help);
         }
-        out.stops.push(SoftStop { q, v: self.range.v.start, lower, upper, law });
     }
 
     /// Damping that decays faster than the step can follow.

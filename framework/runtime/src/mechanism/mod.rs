@@ -17,6 +17,7 @@ mod joints;
 mod loads;
 mod masses;
 mod names;
+mod passing;
 mod placement;
 mod plan;
 mod ports;
@@ -29,6 +30,7 @@ mod touch;
 mod vehicles;
 
 pub use gaps::Closing;
+pub use passing::Passing;
 pub use placement::{PlaceError, Placed, Placement, place_on_terrain};
 pub use plan::{MechanismPart, MechanismPlan};
 pub use ports::{Frame, MechanismPorts};

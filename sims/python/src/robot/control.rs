@@ -345,7 +345,7 @@ impl Robot {
     fn momentum<'py>(slf: &Bound<'py, Self>, v: Given<'_, 'py>) -> PyResult<Array1<'py>> {
         let own = base(slf);
         let v = vector(v, own.model.nv(), "v")?;
-        Ok(out_force(slf.py(), &own.ask(|r| r.momentum(v.slice()))?))
+        out_force(slf.py(), &own.ask(|r| r.momentum(v.slice()))?)
     }
 
     /// The centroidal momentum matrix (6, nv) at the robot's q, with what is held: rates to `momentum`, kg m²/s and kg m/s.

@@ -192,9 +192,9 @@ impl Robot {
     /// >>> mass, com = robot.center_of_mass()
     /// >>> mass
     /// 3.0
-    fn center_of_mass<'py>(slf: &Bound<'py, Self>) -> (f64, Array1<'py>) {
+    fn center_of_mass<'py>(slf: &Bound<'py, Self>) -> PyResult<(f64, Array1<'py>)> {
         let (mass, com) = lock(&base(slf).robot).center_of_mass();
-        (mass, out_vec3(slf.py(), &com))
+        Ok((mass, out_vec3(slf.py(), &com)?))
     }
 
     /// As `feed_forward`, while the joints of a held object move at rates (n,) with accelerations (n,), rad/s and rad/s² (m/s, m/s²): forces (nv,) of the robot and
@@ -324,7 +324,7 @@ impl Robot {
         let wrenches = of_two_hands(wrenches)?;
         let weights = HandWeights { hands: hands.into(), moment };
         let found = own.ask(|r| r.move_squeeze(what, &wrenches, &weights))?;
-        Ok((two(py, &found.moving)?, two(py, &found.squeezing)?, out_force(py, &found.net)))
+        Ok((two(py, &found.moving)?, two(py, &found.squeezing)?, out_force(py, &found.net)?))
     }
 
     /// Wrenches (2, 6) of first and second hand on an object under which neither slips, nearest to those given ([moment; force], N m and N, on the object, each

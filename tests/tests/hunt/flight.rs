@@ -1,0 +1,276 @@
+//! Flight and orbit. The log is `tests/hunt/flight.md`.
+use super::{Case, Refused, hold, refuse};
+
+const CASES: &[Case] = &[
+    Case {
+        report: "SatelliteToolbox.jl #25, jorbit PR 63, anise #718: a circular orbit in the equator",
+        text: r#"world: (body: "earth"),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7000 km", anomaly: "90 deg"))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
+        step: "60 s", integrator: "verner_87", until: "2 h",
+        figures: { "x": (of: "a.position.x", at: "time >= 0 s"), "y": (of: "a.position.y", at: "time >= 0 s"), "e": (of: "Orbit.eccentricity", take: "max"), "i": (of: "Orbit.inclination", take: "max_abs"), "height": (of: "Orbit.height", take: "range"),
+            "back": (of: "a.position.y", at: "time >= 5828.5166 s"), "node": (when: "abs(Orbit.ascending_node) < 7 rad") }"#,
+        want: &[
+            ("x", 0.0, 1e-6),
+            ("y", 7e6, 1e-6),
+            ("e", 0.0, 1e-8),
+            ("i", 0.0, 1e-12),
+            ("height", 0.0, 0.05),
+            ("back", 7e6, 1.0),
+            ("node", 1.0, 0.0),
+        ],
+    },
+    Case {
+        report: "orbital PR 48, kOS_scripts #146: an orbit that is retrograde in the equator",
+        text: r#"world: (body: "earth"),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "8000 km", eccentricity: 0.1, inclination: "180 deg"))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
+        step: "60 s", integrator: "verner_87", until: "1 h",
+        figures: { "x": (of: "a.position.x", at: "time >= 0 s"), "v": (of: "a.velocity.y", at: "time >= 0 s"), "i": (of: "Orbit.inclination", unit: "deg"), "e": (of: "Orbit.eccentricity"), "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre", unit: "km") }"#,
+        // v = sqrt(mu (1 + e) / (a (1 - e))).
+        want: &[
+            ("x", 7.2e6, 1e-6),
+            ("v", -7803.671_554, 1e-5),
+            ("i", 180.0, 1e-6),
+            ("e", 0.1, 1e-9),
+            ("low", 821.863, 1e-6),
+            ("high", 2421.863, 1e-6),
+        ],
+    },
+    Case {
+        report: "anise #821, poliastro #383: elements after a while are those of the start (argument of the pericentre 0)",
+        text: r#"world: (body: "earth"),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "26560 km", eccentricity: 0.02, inclination: "55 deg", ascending_node: "120 deg", pericentre: 0, anomaly: "240 deg"))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
+        step: "600 s", integrator: "verner_87", until: "30 h",
+        figures: { "e": (of: "Orbit.eccentricity"), "i": (of: "Orbit.inclination", unit: "deg"), "node": (of: "Orbit.ascending_node", unit: "deg") }"#,
+        want: &[("e", 0.02, 1e-9), ("i", 55.0, 1e-8), ("node", 120.0, 1e-8)],
+    },
+    Case {
+        report: "poliastro #275, #347, rebound PR 866: a hyperbola (energy, excess speed, no apocentre)",
+        text: r#"world: (body: "earth"),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "-20000 km", eccentricity: 1.5))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
+        step: "1 h", integrator: "verner_87", until: "1000 h",
+        figures: { "energy": (of: "Orbit.energy"), "e": (of: "Orbit.eccentricity"), "speed": (of: "Orbit.speed"), "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre") }"#,
+        // v^2 = mu (2/r + 1/20000 km).
+        want: &[
+            ("energy", 9_965_011.0, 1.0),
+            ("e", 1.5, 1e-8),
+            ("speed", 4471.9, 8.0),
+            ("low", 3621.863, 1e-3),
+            ("high", 0.0, 0.0),
+        ],
+    },
+    Case {
+        report: "pious_squid #2, CoordRefSystems.jl #358, IRBEM #29, skyfield PR 842: height at the poles",
+        text: r#"world: (body: "earth"),
+        bodies: {
+            "n": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (geodetic: (latitude: "90 deg", longitude: 0, height: 100))),
+            "s": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (geodetic: (latitude: "-90 deg", longitude: "20 deg", height: -100))) },
+        parts: { "N": (model: "flight.ground_motion", bind: { "body": "node:n" }), "S": (model: "flight.ground_motion", bind: { "body": "node:s" }) }, gravity: "none",
+        step: "1 s", until: "1 s",
+        figures: { "n": (of: "n.position.z", at: "time >= 0 s"), "lat": (of: "N.latitude", unit: "deg", at: "time >= 0 s"), "high": (of: "N.altitude", at: "time >= 0 s"), "slat": (of: "S.latitude", unit: "deg", at: "time >= 0 s"), "low": (of: "S.altitude", at: "time >= 0 s"), "lon": (when: "abs(S.longitude) < 4 rad") }"#,
+        want: &[
+            ("n", 6_356_852.314_2, 1e-3),
+            ("lat", 90.0, 1e-7),
+            ("high", 100.0, 1e-6),
+            ("slat", -90.0, 1e-7),
+            ("low", -100.0, 1e-6),
+            ("lon", 1.0, 0.0),
+        ],
+    },
+    Case {
+        report: "pymap3d #20, #21, pyorbital PR 247: heights below the ellipsoid and far above it",
+        text: r#"world: (body: "earth"),
+        bodies: {
+            "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (geodetic: (latitude: "31.5 deg", longitude: "35.5 deg", height: -430))),
+            "b": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (geodetic: (latitude: "-45 deg", longitude: "-170 deg", height: "36000 km"))) },
+        parts: { "A": (model: "flight.ground_motion", bind: { "body": "node:a" }), "B": (model: "flight.ground_motion", bind: { "body": "node:b" }) }, gravity: "none",
+        step: "1 s", until: "1 s",
+        figures: { "h": (of: "A.altitude", at: "time >= 0 s"), "lat": (of: "A.latitude", unit: "deg", at: "time >= 0 s"), "lon": (of: "A.longitude", unit: "deg", at: "time >= 0 s"), "speed": (of: "A.speed", at: "time >= 0 s"),
+            "H": (of: "B.altitude", at: "time >= 0 s"), "Lat": (of: "B.latitude", unit: "deg", at: "time >= 0 s"), "Lon": (of: "B.longitude", unit: "deg", at: "time >= 0 s") }"#,
+        want: &[
+            ("h", -430.0, 1e-6),
+            ("lat", 31.5, 1e-9),
+            ("lon", 35.5, 1e-9),
+            ("speed", 0.0, 1e-6),
+            ("H", 3.6e7, 1e-5),
+            ("Lat", -45.0, 1e-9),
+            ("Lon", -170.0, 1e-9),
+        ],
+    },
+    Case {
+        report: "RocketPy #930: under a parachute a rocket drifts against the wind",
+        text: r#"bodies: { "a": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1], initial: (position: [0, 0, 1000])) },
+        parts: { EARTH, "Air": (model: "environment.exponential_atmosphere", params: { "density": 1.2, "scale_height": "8000 km", "temperature": 288, "gas_constant": 287, "heat_ratio": 1.4, "heating_constant": 0, "wind": [5, -3, 0] }),
+            "Drag": (model: "flight.drag", params: { "coefficient": 1, "area": 0.01 }, bind: { "body": "node:a" }),
+            "Canopy": (model: "flight.canopy", params: { "diameter": 4, "drag_coefficient": 0.8, "start": 5 }, bind: { "canopy": "node:a" }), "M": (model: "sensors.motion", bind: { "mount": "node:a" }) },
+        step: "10 ms", until: "60 s",
+        figures: { "x": (of: "M.velocity.x"), "y": (of: "M.velocity.y"), "z": (of: "M.velocity.z"), "back": (of: "M.velocity.x", take: "min") }"#,
+        // sqrt(2 m g / (rho (C_D S)) with C_D S = 0.8 pi 4 + 0.01.
+        want: &[("x", 5.0, 1e-3), ("y", -3.0, 1e-3), ("z", -4.031, 0.01), ("back", 0.0, 1e-9)],
+    },
+    Case {
+        report: "RocketPy #1186, basilisk #474: sign of the moment of a force, and of drag, beside the centre of mass",
+        text: r#"bodies: {
+            "a": (parent: "world", hinge: Free, mass: 1e6, inertia: [10, 10, 10], inertia_check: PositiveMoments, nodes: { "p": (position: [0.5, 0, 0]) }),
+            "b": (parent: "world", hinge: Free, mass: 1e6, inertia: [1e6, 1e6, 1e6], initial: (velocity: [100, 0, 0]), nodes: { "p": (position: [0, 0, 0.5]) }) },
+        parts: { "Air": (model: "environment.exponential_atmosphere", params: { "density": 1, "scale_height": "8000 km", "temperature": 288, "gas_constant": 287, "heat_ratio": 1.4, "heating_constant": 0 }),
+            "F": (model: "flight.body_load", params: { "rows": [(time: 0, force: [0, 0, 20])] }, bind: { "body": "node:a/p" }),
+            "D": (model: "flight.drag", params: { "coefficient": 1, "area": 2 }, bind: { "body": "node:b/p" }) },
+        gravity: "none", step: "1 ms", until: "0.1 s",
+        figures: { "a": (of: "a.angular.y"), "b": (of: "b.angular.y"), "drag": (of: "D.drag") }"#,
+        // r x F: -0.5 x 20 / 10 and -0.5 x 10 kN / 1e6, for 0.1 s.
+        want: &[("a", -0.1, 1e-4), ("b", -5e-4, 1e-7), ("drag", 10_000.0, 30.0)],
+    },
+    Case {
+        report: "KMAT #1: gravity that does not fall with height; a throw to a great height",
+        text: r#"world: (body: "other", mu: "398600.4418 km^3/s^2", radius: "6378.137 km", turns: still),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (position: ["6378.137 km", 0, 0], velocity: [3000, 0, 0])) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity") },
+        step: "1 s", integrator: "dormand_prince_54", until: "500 s",
+        figures: { "top": (of: "a.position.x", take: "max", unit: "km") }"#,
+        want: &[("top", 6_873.0, 1.0)],
+    },
+    Case {
+        report: "Ferram #113, poliastro #1335, hapsira #23: density of the standard atmosphere from sea level to 1000 km (US Standard Atmosphere 1976, tables)",
+        text: r#"world: (body: "earth"),
+        bodies: {
+            "a": (parent: "world", at: (position: ["6376.137 km", 0, 0])), "b": (parent: "world", at: (position: ["6378.137 km", 0, 0])), "c": (parent: "world", at: (position: ["6388.137 km", 0, 0])),
+            "d": (parent: "world", at: (position: ["6428.137 km", 0, 0])), "e": (parent: "world", at: (position: ["6458.137 km", 0, 0])), "f": (parent: "world", at: (position: ["6578.137 km", 0, 0])),
+            "g": (parent: "world", at: (position: ["6778.137 km", 0, 0])), "h": (parent: "world", at: (position: ["7378.137 km", 0, 0])) },
+        parts: { "Air": (model: "environment.us76"),
+            "A": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:a" }), "B": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:b" }),
+            "C": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:c" }), "D": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:d" }),
+            "E": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:e" }), "F": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:f" }),
+            "G": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:g" }), "H": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:h" }) },
+        gravity: "none", step: "1 s", until: "1 s",
+        figures: { "a": (of: "A.density"), "b": (of: "B.density"), "c": (of: "C.density"), "d": (of: "D.density"), "e": (of: "E.density"), "f": (of: "F.density"), "g": (of: "G.density"), "h": (of: "H.density") }"#,
+        want: &[
+            ("a", 1.4782, 1e-4),
+            ("b", 1.225, 1e-6),
+            ("c", 0.413_51, 1e-5),
+            ("d", 1.0269e-3, 1e-7),
+            ("e", 1.8458e-5, 1e-9),
+            ("f", 2.541e-10, 1.5e-12),
+            ("g", 2.803e-12, 1.5e-14),
+            ("h", 3.561e-15, 2e-17),
+        ],
+    },
+    Case {
+        report: "SSAPy PR 123: sunlight presses in the shadow, and what counts as behind the Earth",
+        text: r#"world: (body: "earth"),
+        bodies: {
+            "front": (parent: "world", at: (position: ["7000 km", 0, 0])), "behind": (parent: "world", at: (position: ["-7000 km", 0, 0])), "above": (parent: "world", at: (position: ["-7000 km", "6800 km", 0])), "edge": (parent: "world", at: (position: ["-7000 km", "6378.137 km", 0])) },
+        parts: { "Sun": (model: "environment.fixed_sun", params: { "direction": [1, 0, 0], "distance_au": 1 }),
+            "A": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:front" }), "B": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:behind" }),
+            "C": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:above" }), "D": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:edge" }) },
+        gravity: "none", step: "1 s", until: "1 s",
+        figures: { "a": (of: "A.visible"), "b": (of: "B.visible"), "c": (of: "C.visible"), "d": (of: "D.visible"), "p": (of: "A.pressure") }"#,
+        want: &[
+            ("a", 1.0, 0.0),
+            ("b", 0.0, 0.0),
+            ("c", 1.0, 0.0),
+            ("d", 0.5, 0.01),
+            ("p", 1361.0 / 299_792_458.0 * 1.000_093_592, 1e-13),
+        ],
+    },
+    Case {
+        report: "poliastro #1244: share of an orbit that is in the shadow",
+        text: r#"world: (body: "earth", turns: still),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1000, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7000 km"))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Sun": (model: "environment.fixed_sun", params: { "direction": [1, 0, 0], "distance_au": 1 }), "P": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:a" }) },
+        step: "1 s", integrator: "dormand_prince_54", accuracy: (step_max: "1 s"), until: "5828.516 s",
+        figures: { "lit": (of: "P.visible", take: "mean") }"#,
+        // 1 - asin(R / a) / pi.
+        want: &[("lit", 0.635_186, 2e-4)],
+    },
+    Case {
+        report: "textbook: precession of the node by J2 (a Sun-synchronous orbit)",
+        text: r#"world: (body: "earth"),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7178.137 km", inclination: "98.6 deg", ascending_node: "10 deg"))) },
+        parts: { "Gravity": (model: "environment.zonal_gravity", params: { "j2": 1.08262668e-3 }), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
+        step: "60 s", integrator: "verner_87", until: "86400 s",
+        figures: { "node": (of: "Orbit.ascending_node", unit: "deg") }"#,
+        // -1.5 n J2 (R / a)^2 cos i: 0.985 deg a day, eastwards.
+        want: &[("node", 10.985_3, 0.01)],
+    },
+    Case {
+        report: "textbook: total impulse of a thrust curve, and nothing after its end",
+        text: r#"bodies: { "a": (parent: "world", hinge: Slider([0, 0, 1]), mass: 2, inertia: [1, 1, 1]) },
+        parts: { "M": (model: "flight.solid_motor", params: { "curve": [[0, 0], [0.1, 60], [1.55, 20], [2, 0]], "specific_impulse": 200, "start": 0.333 }, bind: { "nozzle": "node:a" }) },
+        gravity: "none", step: "0.5 s", until: "4 s",
+        // 3 + 58 + 4.5 N s over 2 kg.
+        figures: { "v": (of: "a.speed"), "burnt": (of: "M.burnt"), "thrust": (of: "M.thrust") }"#,
+        want: &[
+            ("v", 32.75, 1e-6),
+            ("burnt", 65.5 / (200.0 * 9.806_65), 1e-9),
+            ("thrust", 0.0, 0.0),
+        ],
+    },
+    Case {
+        report: "FlexibleSpacecraft.jl #63, PR 28, PASEOS PR 200: gravity gradient, sign and frequency of libration",
+        text: r#"world: (body: "earth", turns: still),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 100, inertia: [10, 60, 60], initial: (elements: (semi_major_axis: "7000 km"), rotation: (rpy: [0, 0, 0.01]), angular: [0, 0, 1.078007612e-3])) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "G": (model: "flight.gravity_gradient", bind: { "body": "node:a" }), "M": (model: "sensors.motion", bind: { "mount": "node:a" }) },
+        step: "10 s", integrator: "verner_87", until: "4000 s", stop_when: "time >= 3686.2776 s",
+        // Pitch: sqrt(3 (I_y - I_x) / I_z) n = 1.58114 n; half of it after 1/3.16228 of an orbit, on the other side of the vertical. A whole one after 5828.5166 s / 1.58114.
+        figures: { "rate": (of: "a.angular.z"), "torque": (of: "G.torque.z", at: "time >= 0 s") }"#,
+        want: &[
+            ("rate", 1.078_007_6e-3, 2e-7),
+            ("torque", -1.5 * 1.162_100_4e-6 * 50.0 * 0.019_998_67, 1e-10),
+        ],
+    },
+    Case {
+        report: "orts PR 319: sign of the eastern component of the IGRF, normalisation of its middle orders",
+        text: r#"world: (body: "earth", epoch: "2025-01-01 00:00:00 UTC", site: (latitude: 0, longitude: 0)),
+        bodies: { "a": (parent: "world") },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "B": (model: "flight.magnetic_field", params: { "degree": 13 }, bind: { "body": "node:a" }) },
+        step: 1, until: 1,
+        // East, north, up by ppigrf 2.1 for 2025.0.
+        figures: { "x": (of: "B.field.x", unit: "nT", at: "time >= 0 s"), "y": (of: "B.field.y", unit: "nT", at: "time >= 0 s"), "z": (of: "B.field.z", unit: "nT", at: "time >= 0 s") }"#,
+        want: &[("x", -1926.548_58, 1e-3), ("y", 27_456.621_76, 1e-3), ("z", 15_997.352_90, 1e-3)],
+    },
+];
+
+#[test]
+fn flight() {
+    hold(CASES);
+}
+
+/// Angles of places, directions and orbits in degrees without their unit.
+const BARE_DEGREES: &[Refused] = &[
+    Refused {
+        report: "textbook: an inclination of 98.6",
+        text: r#"world: (body: "earth"),
+        bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7000 km", inclination: 98.6))) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity") },
+        step: 1, until: 1"#,
+        says: "is 98.6 rad",
+    },
+    Refused {
+        report: "textbook: a longitude of 77.45",
+        text: r#"world: (body: "mars", turns: fixed, site: (latitude: 0, longitude: 77.45)),
+        bodies: { "a": (parent: "world") },
+        step: 1, until: 1"#,
+        says: "longitude` = 77.45 rad is out of range",
+    },
+    Refused {
+        report: "textbook: a yaw of 90",
+        text: r#"bodies: { "a": (parent: "world", at: (rotation: (rpy: [0, 0, 90]))) },
+        step: 1, until: 1"#,
+        says: "is 90 rad",
+    },
+    Refused {
+        report: "textbook: a turn of 90 about an axis",
+        text: r#"bodies: { "a": (parent: "world", at: (rotation: (axis: [0, 0, 1], angle: 90))) },
+        step: 1, until: 1"#,
+        says: "is 90 rad",
+    },
+];
+
+#[test]
+fn angles_in_degrees_without_their_unit_are_refused() {
+    refuse(BARE_DEGREES);
+}

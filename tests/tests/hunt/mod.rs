@@ -1,0 +1,75 @@
+//! Public reports about other tools, tried on this one: each a small input with a right answer from a closed form, a published number
+//! or a reference program. What they are, what came out first and what comes out now is in `tests/hunt`.
+
+mod attitude;
+mod dynamics;
+mod flight;
+mod rover;
+mod runtime;
+mod sensors;
+
+use crate::common::figures_of;
+
+/// One report: the inside of a `Simulation(..)`, and of its figures (name, right value, tolerance).
+struct Case {
+    report: &'static str,
+    text: &'static str,
+    want: &'static [(&'static str, f64, f64)],
+}
+
+/// An input that must be refused, and a part of the message.
+struct Refused {
+    report: &'static str,
+    text: &'static str,
+    says: &'static str,
+}
+
+/// Gravity of level ground, and the wheels of a small car whose rear wheels are not steered.
+const WORDS: [(&str, &str); 2] = [
+    (
+        "EARTH",
+        r#""Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] })"#,
+    ),
+    (
+        "WHEELS",
+        "[(position: [1, 0.3]), (position: [1, -0.3]), (position: [0, 0.3], steered: false), (position: [0, -0.3], steered: false)]",
+    ),
+];
+
+fn whole(text: &str) -> String {
+    let inside = WORDS.iter().fold(text.to_string(), |text, (word, is)| text.replace(word, is));
+    format!("Simulation(\n{inside},\n)\n")
+}
+
+/// All figures of all cases; what is wrong, in one message.
+fn hold(cases: &[Case]) {
+    let mut wrong = Vec::new();
+    for case in cases {
+        let figures = match figures_of(&whole(case.text)) {
+            Ok(figures) => figures,
+            Err(e) => {
+                wrong.push(format!("{}: {e}", case.report));
+                continue;
+            }
+        };
+        assert_eq!(figures.len(), case.want.len(), "{}: a figure is not looked at", case.report);
+        for (name, want, within) in case.want {
+            match figures.get(*name) {
+                Some(y) if (y - want).abs() <= *within => {}
+                y => wrong
+                    .push(format!("{}: {name} is {y:?}, not {want} within {within}", case.report)),
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// All of them are refused, with their messages.
+fn refuse(cases: &[Refused]) {
+    for case in cases {
+        match figures_of(&whole(case.text)) {
+            Ok(figures) => panic!("{}: accepted: {figures:?}", case.report),
+            Err(e) => assert!(e.contains(case.says), "{}: {e}", case.report),
+        }
+    }
+}
