@@ -61,7 +61,7 @@ pub(crate) fn fellows(items: &[Item], multibody: &Multibody) -> Vec<Vec<u32>> {
     (0..items.len()).map(near).collect()
 }
 
-/// Returns the distance of a point from a solid at a pose, less its padding, m; negative inside. Of a polytope it is a lower bound.
+/// Returns the distance of a point from a solid at a pose, less its padding, m; negative inside. The value for a polytope is a lower bound.
 fn gap(solid: &Solid, X: &Pose, padding: f64, p: &Vec3) -> f64 {
     let q = X.rotation.inverse() * (p - X.position);
     let bare = match &solid.kind {
