@@ -58,10 +58,12 @@ fn wheels() -> String {
         "Simulation(until: \"1 h\", step: \"100 ms\", integrator: \"rk4\", bodies: {{ {craft} }}, parts: {{ {parts}
         \"Motion\": (model: \"sensors.motion\", bind: {{ \"mount\": \"node:craft\" }}),
         \"Target\": (model: \"basics.constant\", params: {{ \"value\": 1 }}),
+        \"Bus\": (model: \"power.ideal_supply\", params: {{ \"voltage\": 28 }}),
         \"Pointing\": (model: \"control.pointing\", params: {{ \"inertia\": [900, 800, 600], \"frequency\": 0.06 }}),
         \"Share\": (model: \"control.wheel_distribution\", params: {{ \"axes\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }}),
         }}, wires: [ \"Motion.attitude -> Pointing.attitude\", \"Motion.rate -> Pointing.rate\",
-        \"Target.y -> Pointing.target.w\", \"Pointing.torque -> Share.torque\", {wires} ])"
+        \"Target.y -> Pointing.target.w\", \"Pointing.torque -> Share.torque\", {wires} ],
+        connect: [(\"Wheel0.supply\", \"Wheel1.supply\", \"Wheel2.supply\", \"Bus.terminal\")])"
     )
 }
 
@@ -345,9 +347,10 @@ fn assemblies(count: usize) -> String {
             bind: { \"wheel\": \"node:hub/spin\" }),
         \"Jet\": (model: \"flight.thruster\", params: { \"thrust\": 10 }, bind: { \"nozzle\": \"node:hub/jet\" }),
         \"Feed\": (model: \"flight.ideal_feed\"),
+        \"Bus\": (model: \"power.ideal_supply\", params: { \"voltage\": 28 }),
     }, wires: [\"Motion.attitude -> Pointing.attitude\", \"Motion.rate -> Pointing.rate\",
         \"Target.y -> Pointing.target.w\", \"Pointing.torque.z -> Wheel.torque\", \"Target.y -> Jet.command\"],
-        connect: [(\"Jet.propellant\", \"Feed.outlet\")]";
+        connect: [(\"Jet.propellant\", \"Feed.outlet\"), (\"Wheel.supply\", \"Bus.terminal\")]";
     let one = |k: usize| {
         let (s, c) = (std::f64::consts::TAU * k as f64 / count as f64).sin_cos();
         format!(

@@ -91,9 +91,15 @@ pub struct DcMotorOut {
     /// Electrical power taken from the supply; negative: fed back.
     #[port("W")]
     pub power: f64,
-    /// Heat in the winding: for the `heat` of a thermal node.
-    #[port("W")]
-    pub heat: f64,
+    /// Outlet of the heat of the winding, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
+    #[port(connector)]
+    pub case: HeatFlow,
+    /// Power that friction of the shaft and losses of the gear take.
+    #[port("W", lost)]
+    pub friction: f64,
+    /// Energy in the inductance of the winding and in what friction and brake bend.
+    #[port("J", stored)]
+    pub energy: f64,
     /// Supply of the electronics.
     #[port(connector)]
     pub supply: Current,
@@ -172,8 +178,11 @@ impl Model for DcMotor {
     fn direct(&self, _: &Clock, x: &MotorState, _: &(), u: &DcMotorIn) -> DcMotorOut {
         let p = &self.p;
         let current = self.current(x, u);
-        let torque = self.drive(current) - p.viscous * u.shaft.rate
-            + self.friction(u, current).torque(x.deflection, u.shaft.rate);
+        let (friction, rate) = (self.friction(u, current), u.shaft.rate);
+        let dry = friction.torque(x.deflection, rate);
+        let torque = self.drive(current) - p.viscous * rate + dry;
+        let bent = p.hold_stiffness * x.deflection;
+        let bending = bent * friction.deflection_rate(x.deflection, rate);
         let power = match u.supply.voltage > 0.0 {
             true => self.winding(u, current) * current,
             false => 0.0,
@@ -183,7 +192,9 @@ impl Model for DcMotor {
             shaft_torque: torque,
             current,
             power,
-            heat: p.resistance * current * current,
+            case: HeatFlow { heat: p.resistance * current * current },
+            friction: p.viscous * rate * rate - dry * rate - bending,
+            energy: 0.5 * (p.inductance * current * current + bent * x.deflection),
             supply: u.supply.current_of(power),
         }
     }
@@ -273,7 +284,7 @@ mod tests {
                 assert!(gear >= 0.0 && lost >= heat - 1e-9, "{volts} {rate}: {lost} {heat} {gear}");
                 // Also at the limit of the current, where the bridge lowers the voltage.
                 assert!((lost - heat - gear).abs() < 1e-9, "{volts} {rate}");
-                assert!((y.supply.current * 1000.0 - y.power).abs() < 1e-9 && y.heat == heat);
+                assert!((y.supply.current * 1000.0 - y.power).abs() < 1e-9 && y.case.heat == heat);
             }
         }
     }
@@ -314,6 +325,8 @@ mod tests {
             let stored = inductance * x.current * d.current + 1e4 * x.deflection * d.deflection;
             let lost = y.power - y.shaft_torque * shaft.rate - stored;
             assert!(lost > -1e-9, "{lost} W made at {u:?} {x:?}");
+            let counted = y.case.heat + y.friction;
+            assert!((lost - counted).abs() < 1e-9 * (1.0 + lost), "{lost} {counted}: {u:?} {x:?}");
         }
     }
 
@@ -321,7 +334,7 @@ mod tests {
     #[test]
     fn at_the_limit_of_the_current_only_the_winding_takes_power() {
         let y = at(1000.0, 0.0);
-        assert_eq!((y.current, y.power, y.heat), (10.0, 200.0, 200.0));
+        assert_eq!((y.current, y.power, y.case.heat), (10.0, 200.0, 200.0));
         let p = DcMotorParams { resistance: 1.0, current_max: 5.0, ..motor().p };
         let shaft = HingeState { angle: 0.0, rate: 0.0 };
         let u = DcMotorIn { supply: Voltage { voltage: 28.0 }, volts: 24.0, brake: false, shaft };
@@ -349,7 +362,7 @@ mod tests {
         let none = with(0.0, 12.0, 0.0);
         assert_eq!((none.current, none.power, none.supply.current), (0.0, 0.0, 0.0));
         let driven = with(0.0, 12.0, 1.0);
-        assert_eq!((driven.current, driven.power, driven.heat), (-2.5, 0.0, 12.5));
+        assert_eq!((driven.current, driven.power, driven.case.heat), (-2.5, 0.0, 12.5));
     }
 
     #[test]

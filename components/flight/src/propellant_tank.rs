@@ -84,7 +84,7 @@ pub struct TankOut {
 #[derive(State, Clone, Copy, Debug)]
 pub struct Content {
     /// Propellant.
-    #[port("kg")]
+    #[port("kg", stored)]
     pub mass: f64,
 }
 

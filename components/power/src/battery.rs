@@ -84,17 +84,26 @@ pub struct BatteryOut {
     /// It takes no more charge.
     #[port("1")]
     pub full: bool,
+    /// Stored energy: ∫ V_oc dq, and the energy of the lag.
+    #[port("J", stored)]
+    pub energy: f64,
+    /// Charge that it holds.
+    #[port("C", stored)]
+    pub held: f64,
 }
 
 /// Where power goes.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BatteryFlows {
-    /// Heat in the cells: for the `heat` of a thermal node.
-    #[port("W")]
-    pub heat: f64,
+    /// Outlet of its heat, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
+    #[port(connector)]
+    pub case: HeatFlow,
     /// Power that sources offer and a full battery does not take.
-    #[port("W")]
+    #[port("W", lost)]
     pub shed: f64,
+    /// Current that is not stored: charging losses, and what a full battery does not take.
+    #[port("A", lost)]
+    pub lost: f64,
 }
 
 /// Charge and current.
@@ -155,10 +164,30 @@ pub fn table(rows: &[[f64; 2]], x: f64) -> f64 {
     }
 }
 
+/// Integral of [`table`] from 0 to `x`.
+fn area(rows: &[[f64; 2]], x: f64) -> f64 {
+    let (Some(first), Some(last)) = (rows.first(), rows.last()) else { return 0.0 };
+    let mut sum = first[1] * x.min(first[0]) + last[1] * (x - last[0]).max(0.0);
+    for (a, b) in rows.iter().zip(&rows[1..]) {
+        if x > a[0] {
+            let end = x.min(b[0]);
+            sum += (end - a[0]) * (a[1] + 0.5 * (end - a[0]) / (b[0] - a[0]) * (b[1] - a[1]));
+        }
+    }
+    sum
+}
+
 impl Battery {
     /// Voltage of the cells behind the contactor.
     fn cells(&self, x: &BatteryState) -> f64 {
         table(&self.p.curve, x.charge) - self.p.resistance * x.current
+    }
+
+    /// Energy in it, J.
+    fn energy(&self, x: &BatteryState) -> f64 {
+        let p = &self.p;
+        3600.0 * p.capacity_ah * area(&p.curve, x.charge)
+            + 0.5 * p.resistance * p.lag * x.current * x.current
     }
 
     /// Net current that loads and sources ask for, and what of it passes.
@@ -211,6 +240,8 @@ impl Model for Battery {
             empty: d.empty,
             supplies: !d.empty,
             full: d.full,
+            energy: self.energy(x),
+            held: 3600.0 * self.p.capacity_ah * x.charge,
         }
     }
     fn direct(&self, _: &Clock, x: &BatteryState, d: &Contactors, u: &BatteryIn) -> BatteryFlows {
@@ -218,7 +249,11 @@ impl Model for Battery {
         let [asked, passes] = self.currents(d, u);
         let beside = (asked - passes) * self.cells(x);
         let lost = (1.0 - p.charge_efficiency) * table(&p.curve, x.charge) * (-passes).max(0.0);
-        BatteryFlows { heat: p.resistance * x.current * x.current + lost, shed: (-beside).max(0.0) }
+        BatteryFlows {
+            case: HeatFlow { heat: p.resistance * x.current * x.current + lost },
+            shed: (-beside).max(0.0),
+            lost: (1.0 - p.charge_efficiency) * (-passes).max(0.0) + (passes - asked),
+        }
     }
     fn deriv(
         &self,
@@ -312,7 +347,7 @@ mod tests {
         for _ in 0..(seconds / dt) as usize {
             let flows = b.direct(&clock, &x, &d, &u, &());
             let given = -b.currents(&d, &u)[1] * b.cells(&x);
-            for (sum, power) in books.iter_mut().zip([given, flows.heat, flows.shed]) {
+            for (sum, power) in books.iter_mut().zip([given, flows.case.heat, flows.shed]) {
                 *sum += dt * power;
             }
             let before = b.guards(&clock, &x, &d, &(), &u, &());
@@ -412,6 +447,8 @@ mod tests {
         ] {
             let ((x, _), books) = run(&b, start(&b), u, 300.0);
             let error = books[0] - books[1] - stored(&x);
+            let counted = b.energy(&x) - b.energy(&b.init_x());
+            assert!((counted - stored(&x)).abs() < 1e-6 * books[0].abs(), "{counted}");
             // Of Euler's steps: measured 0.1 J of 30 kJ.
             assert!(
                 error.abs() < 1e-5 * books[0].abs() && books[1] > 0.0,

@@ -54,9 +54,9 @@ pub struct ConverterFlow {
     /// Power taken from that bus; negative: fed back.
     #[port("W")]
     pub power: f64,
-    /// Heat of its losses: for the `heat` of a thermal node.
-    #[port("W")]
-    pub heat: f64,
+    /// Outlet of its heat, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
+    #[port(connector)]
+    pub case: HeatFlow,
 }
 
 /// Whether it is on.
@@ -101,7 +101,8 @@ impl Model for Converter {
         let given =
             if d.off || u.input.voltage <= 0.0 { 0.0 } else { p.voltage * u.output.current };
         let power = if given > 0.0 { given / p.efficiency } else { given * p.efficiency };
-        ConverterFlow { input: u.input.current_of(power), power, heat: power - given }
+        let case = HeatFlow { heat: power - given };
+        ConverterFlow { input: u.input.current_of(power), power, case }
     }
     fn guards(&self, _: &Clock, _: &(), _: &Switch, _: &(), u: &ConverterIn) -> ConverterGuards {
         let above_min = u.input.voltage - self.p.volts_min;
@@ -134,12 +135,12 @@ mod tests {
         assert!(
             (y.power - 30.0).abs() < 1e-12
                 && (y.input.current - 1.0).abs() < 1e-12
-                && (y.heat - 6.0).abs() < 1e-12
+                && (y.case.heat - 6.0).abs() < 1e-12
         );
         let y = flow(false, 30.0, -2.0);
-        assert!((y.power + 19.2).abs() < 1e-12 && (y.heat - 4.8).abs() < 1e-12, "{y:?}");
+        assert!((y.power + 19.2).abs() < 1e-12 && (y.case.heat - 4.8).abs() < 1e-12, "{y:?}");
         let off = flow(true, 30.0, 2.0);
-        assert_eq!((off.power, off.input.current, off.heat), (0.0, 0.0, 0.0));
+        assert_eq!((off.power, off.input.current, off.case.heat), (0.0, 0.0, 0.0));
         assert_eq!(flow(false, 0.0, 2.0).input.current, 0.0);
     }
 

@@ -10,6 +10,7 @@
 pub mod battery;
 pub mod converter;
 pub mod dust;
+pub mod heat_source;
 pub mod heater;
 pub mod load;
 pub mod rtg;
@@ -28,6 +29,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<battery::Battery>(),
         Entry::model::<converter::Converter>(),
         Entry::model::<dust::Dust>(),
+        Entry::model::<heat_source::HeatSource>(),
         Entry::model::<heater::Heater>(),
         Entry::model::<load::Load>(),
         Entry::model::<rtg::Rtg>(),

@@ -74,9 +74,12 @@ pub struct LoadOut {
     /// Power taken.
     #[port("W")]
     pub power: f64,
-    /// Heat in the load: for the `heat` of a thermal node.
-    #[port("W")]
-    pub heat: f64,
+    /// Outlet of its heat, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
+    #[port(connector)]
+    pub case: HeatFlow,
+    /// Power that leaves it otherwise, such as the radio waves of a transmitter.
+    #[port("W", lost)]
+    pub sent: f64,
     /// It is on and has its voltage.
     #[port("1")]
     pub running: bool,
@@ -142,7 +145,8 @@ impl Model for Load {
         LoadOut {
             supply: Current { current },
             power,
-            heat: power * p.heat_share,
+            case: HeatFlow { heat: power * p.heat_share },
+            sent: power * (1.0 - p.heat_share),
             running: u.on && !browned_out,
             browned_out,
         }
@@ -201,7 +205,9 @@ mod tests {
             // At 24.5 V, 7/8 of the rated voltage.
             let y = at(&l, &FINE, on(24.5));
             assert!((y.power - 56.0 * share).abs() < 1e-12, "{law:?} {y:?}");
-            assert!((y.power - 24.5 * y.supply.current).abs() < 1e-12 && y.heat == 0.75 * y.power);
+            assert!(
+                (y.power - 24.5 * y.supply.current).abs() < 1e-12 && y.case.heat == 0.75 * y.power
+            );
         }
     }
 
@@ -229,7 +235,7 @@ mod tests {
         let out = fire(&FINE, 0);
         assert!(out.out && out.count == 1.0);
         let y = at(&l, &out, on(23.0));
-        assert!(y.browned_out && !y.running && y.supply.current == 0.0 && y.heat == 0.0);
+        assert!(y.browned_out && !y.running && y.supply.current == 0.0 && y.case.heat == 0.0);
         // Falling again before it has started is no second one.
         assert_eq!(fire(&out, 0), out);
         let again = fire(&out, 1);

@@ -1,6 +1,6 @@
 //! `power.rtg`: a radioisotope thermoelectric generator.
 //! ```text
-//! P_thermal = P₀ 2^(−(age + t)/T½)           P_el = η e^(−k (age + t)) P_thermal          Q = P_thermal − P_el
+//! P_thermal = P₀ 2^(−(age + t)/T½)           P_el = η e^(−k (age + t)) P_thermal          Q = P_thermal − P_el, all where nothing is connected
 //! ```
 //! Fuel decays with the half-life of its isotope, and thermocouples wear: η is their efficiency when they were new and k
 //! the rate at which it falls. The efficiency is taken to be that of the hot and cold ends at work; it does not follow the
@@ -35,14 +35,11 @@ pub struct RtgParams {
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct RtgOut {
     /// Thermal power of the fuel.
-    #[port("W")]
+    #[port("W", gained)]
     pub thermal: f64,
     /// Electrical power.
     #[port("W")]
     pub power: f64,
-    /// What is left as heat: for the `heat` of a thermal node.
-    #[port("W")]
-    pub heat: f64,
 }
 
 /// Voltage at which it feeds in.
@@ -59,6 +56,9 @@ pub struct RtgFeed {
     /// Where it feeds in: a battery's `charger`, which takes all of its power.
     #[port(connector)]
     pub output: Current,
+    /// Outlet of its waste heat, for the port of a thermal node. All of the thermal power is waste heat if `output` has no voltage.
+    #[port(connector)]
+    pub case: HeatFlow,
 }
 
 /// A radioisotope generator.
@@ -85,10 +85,13 @@ impl Model for Rtg {
     type Yd = RtgFeed;
     fn moore(&self, c: &Clock, _: &(), _: &()) -> RtgOut {
         let [thermal, power] = self.powers(c);
-        RtgOut { thermal, power, heat: thermal - power }
+        RtgOut { thermal, power }
     }
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &RtgIn) -> RtgFeed {
-        RtgFeed { output: u.output.current_of(-self.powers(c)[1]) }
+        let [thermal, power] = self.powers(c);
+        let output = u.output.current_of(-power);
+        let case = HeatFlow { heat: thermal + output.current * u.output.voltage };
+        RtgFeed { output, case }
     }
 }
 
@@ -128,10 +131,14 @@ mod tests {
         let p = RtgParams { wear: 0.035 / YEAR, age: 2.0 * YEAR, ..params() };
         for t in [0.0, 0.3 * YEAR, 20.0 * YEAR] {
             let y = at(&p, t);
-            assert_eq!(y.heat, y.thermal - y.power);
             let u = RtgIn { output: OpenVoltage { voltage: 28.0 } };
             let feed = Rtg { p: p.clone() }.direct(&Clock::at(t, 1.0, 0), &(), &(), &u, &());
             assert!((feed.output.current * 28.0 + y.power).abs() < 1e-12);
+            assert!((feed.case.heat + y.power - y.thermal).abs() < 1e-9);
+            // What nothing takes stays as heat.
+            let u = RtgIn { output: OpenVoltage { voltage: 0.0 } };
+            let open = Rtg { p: p.clone() }.direct(&Clock::at(t, 1.0, 0), &(), &(), &u, &());
+            assert_eq!((open.output.current, open.case.heat), (0.0, y.thermal));
             let worn = 0.055 * f64::exp(-0.035 * (2.0 + t / YEAR));
             assert!((y.power / y.thermal / worn - 1.0).abs() < 1e-12, "{y:?}");
         }

@@ -2,7 +2,7 @@
 //! ```text
 //! C Ṫ = Q + α A G − ε A σ (T⁴ − T_sky⁴) − h A (T − T_air)
 //! ```
-//! Q: heat from inside and through links (`power.thermal_link`), G: light on the outer surface A. A node holds as long as
+//! Q: heat of what is connected to its port: links (`power.thermal_link`), heaters, motors, sources, G: light on the outer surface A. A node holds as long as
 //! its body is warm through and through, which is for a Biot number h L/k well below one.
 
 use linkwork_runtime::prelude::*;
@@ -36,12 +36,9 @@ pub struct ThermalNodeParams {
 /// Heat.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeIn {
-    /// Where links and heaters are connected.
+    /// Where links, heaters and the cases of motors and loads are connected.
     #[port(connector)]
     pub port: HeatFlows,
-    /// Other heat from inside, such as the `heat` of a motor; negative takes heat away.
-    #[port("W", sum, default = 0.0)]
-    pub heat: f64,
 }
 
 /// What is around.
@@ -61,25 +58,28 @@ pub struct ThermalNodeAround {
 /// Temperature.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeOut {
-    /// Where links and heaters are connected.
+    /// Where links, heaters and the cases of motors and loads are connected.
     #[port(connector)]
     pub port: Temperature,
     /// Temperature.
     #[port("K")]
     pub temperature: f64,
+    /// Heat that it holds, counted from 0 K.
+    #[port("J", stored)]
+    pub energy: f64,
 }
 
 /// Where the heat goes.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct ThermalNodeFlows {
     /// Heat radiated to the sky, less what the sky radiates back.
-    #[port("W")]
+    #[port("W", lost)]
     pub radiated: f64,
     /// Heat given to the air.
-    #[port("W")]
+    #[port("W", lost)]
     pub convected: f64,
     /// Light taken up.
-    #[port("W")]
+    #[port("W", gained)]
     pub absorbed: f64,
 }
 
@@ -141,7 +141,8 @@ impl Model for ThermalNode {
     }
     fn moore(&self, _: &Clock, x: &Warmth) -> ThermalNodeOut {
         let temperature = x.temperature;
-        ThermalNodeOut { port: Temperature { temperature }, temperature }
+        let energy = self.p.capacity * temperature;
+        ThermalNodeOut { port: Temperature { temperature }, temperature, energy }
     }
     fn direct(&self, _: &Clock, x: &Warmth, _: &(), u: &ThermalNodeAround) -> ThermalNodeFlows {
         let p = &self.p;
@@ -162,7 +163,7 @@ impl Model for ThermalNode {
         _: &(),
         y: &ThermalNodeFlows,
     ) -> Warmth {
-        let heat = u.port.heat + u.heat + y.absorbed - y.radiated - y.convected;
+        let heat = u.port.heat + y.absorbed - y.radiated - y.convected;
         Warmth { temperature: heat / self.p.capacity }
     }
     fn remarks(&self, _: &Clock) -> Vec<BuildError> {
@@ -208,16 +209,8 @@ mod tests {
         let node = ThermalNode { p: p.clone() };
         let (clock, x) = (Clock::at(0.0, 1.0, 0), Warmth { temperature: t });
         let y = node.direct(&clock, &x, &(), &around, &());
-        node.deriv(
-            &clock,
-            &x,
-            &(),
-            &ThermalNodeIn { port: HeatFlows { heat }, heat: 0.0 },
-            &around,
-            &(),
-            &y,
-        )
-        .temperature
+        node.deriv(&clock, &x, &(), &ThermalNodeIn { port: HeatFlows { heat } }, &around, &(), &y)
+            .temperature
     }
 
     #[test]
@@ -252,7 +245,7 @@ mod tests {
                 &clock,
                 &node.init_x(),
                 &(),
-                &ThermalNodeIn { port: HeatFlows { heat: 0.0 }, heat: 0.0 },
+                &ThermalNodeIn { port: HeatFlows { heat: 0.0 } },
                 &u,
                 &(),
             )

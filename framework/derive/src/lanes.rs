@@ -15,6 +15,7 @@ struct PortAttr {
     connector: bool,
     direction: Option<&'static str>,
     axle: Option<LitStr>,
+    account: Option<&'static str>,
 }
 
 fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
@@ -28,7 +29,7 @@ fn attribute(field: &syn::Field) -> syn::Result<PortAttr> {
     Ok(out)
 }
 
-/// `"unit", default = 0.0, sum, bind = "shaft", frame = "body", axle = "y", rising | falling`, each optional, in any
+/// `"unit", default = 0.0, sum, bind = "shaft", frame = "body", axle = "y", rising | falling, stored | gained | lost`, each optional, in any
 /// order; or `group`; or `connector`.
 fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
     let start = input.span();
@@ -45,6 +46,9 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
                 "connector" => (out.group, out.connector) = (true, true),
                 "rising" => out.direction = Some("Rising"),
                 "falling" => out.direction = Some("Falling"),
+                "stored" => out.account = Some("Stored"),
+                "gained" => out.account = Some("Gained"),
+                "lost" => out.account = Some("Lost"),
                 "default" => {
                     input.parse::<Token![=]>()?;
                     out.default = Some(input.parse()?);
@@ -64,7 +68,7 @@ fn parse(out: &mut PortAttr, input: ParseStream) -> syn::Result<()> {
                 _ => {
                     return Err(syn::Error::new(
                         key.span(),
-                        "unknown port attribute; known: a unit string, default, bind, frame, axle, sum, group, connector, rising, falling",
+                        "unknown port attribute; known: a unit string, default, bind, frame, axle, sum, group, connector, rising, falling, stored, gained, lost",
                     ));
                 }
             }
@@ -126,12 +130,16 @@ pub fn derive(input: &DeriveInput) -> syn::Result<Tokens> {
                 return Err(syn::Error::new_spanned(a, "an axle is \"x\", \"y\" or \"z\""));
             }
         };
+        let account = attr.account.map(|a| {
+            let a = quote::format_ident!("{a}");
+            quote!(.counted(#rt::Account::#a))
+        });
         specs.push(match attr.group {
             true if attr.connector => quote!(out.extend(#rt::PortSpec::connector::<#ty>(#text, #doc));),
             true => quote!(out.extend(#rt::PortSpec::group::<#ty>(#text, #doc));),
             false => quote! {
                 out.push(#rt::PortSpec::new::<#ty>(#text, #unit, #doc, #default, #sum, #bind, #frame)
-                    .when(#rt::Direction::#direction) #axle);
+                    .when(#rt::Direction::#direction) #axle #account);
             },
         });
         // A field is a port, or a struct of ports: both have N, get, put and gather.

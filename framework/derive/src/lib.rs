@@ -19,13 +19,14 @@ use syn::{Attribute, Expr, ExprLit, Ident, Lit, Meta};
 /// Lanes, names, units and bindings of an input or output struct.
 ///
 /// Field attribute: `#[port("N m", default = 0.0, sum, bind = "shaft", frame = "body")]`, or `#[port(group)]` or `#[port(connector)]` for a field
-/// that is such a struct itself, or an array of them: its ports are `wheel.rate`, `wheels[2].rate`.
+/// that is such a struct itself, or an array of them: its ports are `wheel.rate`, `wheels[2].rate`. `stored`, `gained` and `lost` count a number in the balances of
+/// its part: `#[port("W", lost)]`.
 #[proc_macro_derive(Ports, attributes(port))]
 pub fn ports(input: TokenStream) -> TokenStream {
     finish(lanes::derive(&syn::parse_macro_input!(input as syn::DeriveInput)))
 }
 
-/// Lanes, names and units of a continuous or discrete state struct.
+/// Lanes, names and units of a continuous or discrete state struct: `#[port("kg", stored)]`.
 #[proc_macro_derive(State, attributes(port))]
 pub fn state(input: TokenStream) -> TokenStream {
     finish(lanes::derive(&syn::parse_macro_input!(input as syn::DeriveInput)))

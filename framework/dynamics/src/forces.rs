@@ -139,6 +139,14 @@ impl Workspace {
         self.work.gravity = self.work.gravity + V3 { x: g.x, y: g.y, z: g.z };
     }
 
+    /// Returns the power of all external forces that were added (W), uniform gravity not counted. After
+    /// [`kinematics`](crate::kinematics()) of the same state. Forces on the modes of flexible bodies are not counted.
+    #[must_use]
+    pub fn external_power(&self) -> f64 {
+        let links = self.work.kin.iter().zip(&self.work.f_ext).skip(1);
+        links.map(|(kin, f)| kin.V.n.dot(f.n) + kin.V.f.dot(f.f)).sum()
+    }
+
     /// A force through the point `offset` of a frame on a link (frame axes), with a moment.
     fn add_at(&mut self, at: &OnLink, offset: &Vec3, wrench: Force) {
         self.add(at, &(at.p + at.R * offset), wrench);

@@ -13,12 +13,10 @@ use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
 use linkwork_record::LogSpec;
 use linkwork_runner::{
-    BUILT, Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch, assignment,
-    changed, time_name,
+    BUILT, Balance, Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch,
+    assignment, changed, time_name,
 };
-use linkwork_runtime::{
-    Change, Checkpoint, Fault, Profile, RunError, Seconds, Simulation, Sources,
-};
+use linkwork_runtime::{Change, Checkpoint, Fault, Profile, Seconds, Simulation, Sources};
 use linkwork_viz::Scene;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -222,6 +220,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         options.checkpoint_every.as_deref().map(|t| period(t, "--checkpoint-every")).transpose()?;
     let configuration = ready.loaded.resolved.to_string();
     let sources = ready.loaded.sources.clone();
+    let balance = ready.loaded.simulation.balance.then(|| Balance::new(&ready.program)).flatten();
     let mut sim = Simulation::of(Arc::new(ready.program));
     let mut begins = None;
     match &mut source.begin {
@@ -272,7 +271,9 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         Begin::Resumed(checkpoint) => Some(*checkpoint),
         Begin::Forked(fork) => Some(fork.checkpoint()),
     };
-    if let Err(e) = runner.figure(prepared.figures, earlier) {
+    let mut figures = prepared.figures;
+    figures.balance = balance;
+    if let Err(e) = runner.figure(figures, earlier) {
         tell!("warning: {e}\n  help: figures of this run begin at the checkpoint");
     }
     runner.save_with(saves);
@@ -468,7 +469,7 @@ impl Run {
             self.runner.save("interrupted.lwck");
         }
         let finished = self.runner.finish_taps();
-        let mut ending = ending(ended);
+        let mut ending = summary::ending(ended);
         if let Some(e) = self.taps(finished)
             && matches!(ending, Ending::Until | Ending::StopWhen | Ending::Interrupted)
         {
@@ -480,6 +481,7 @@ impl Run {
         self.told_notices();
         self.told_edges();
         self.told_saves();
+        self.told_balance();
         let summary = self.summary(&ending, wall, simulated);
         let failed = !self.problems.is_empty();
         if !quiet {
@@ -594,6 +596,17 @@ impl Run {
         }
     }
 
+    /// Warns of the parts whose balances are not closed.
+    fn told_balance(&self) {
+        let warnings = self.balance().map(Balance::warnings).unwrap_or_default();
+        self.bar.suspend(|| load::warn_of(&warnings, &self.sources));
+    }
+
+    /// The balances of the run, when they are taken.
+    fn balance(&self) -> Option<&Balance> {
+        self.runner.figures().and_then(|figures| figures.balance.as_ref())
+    }
+
     /// Writes the summary, then the picture: a picture can wait, and can fail.
     fn summary(&mut self, ending: &Ending, wall: f64, simulated: f64) -> Summary {
         if let Some(saves) = self.runner.saves() {
@@ -622,6 +635,7 @@ impl Run {
             built: linkwork_runner::built(),
             phases: summary::phases(sim),
             figures: self.runner.figures().map(summary::figures).unwrap_or_default(),
+            balances: self.balance().map(Balance::report).unwrap_or_default(),
             files: self.files.clone(),
             problems: self.problems.clone(),
             rows_dropped: self.dropped,
@@ -646,37 +660,6 @@ impl Run {
         }
         summary
     }
-}
-
-fn ending(ended: Ended) -> Ending {
-    match ended {
-        Ended::Goal => Ending::Until,
-        Ended::StopWhen => Ending::StopWhen,
-        Ended::Stopped => Ending::Interrupted,
-        Ended::Failed(e) => Ending::Failed(explain(&e)),
-        Ended::Bad(e) if e.help.is_some() => Ending::Failed(e.to_string()),
-        Ended::Bad(e) => Ending::Failed(format!(
-            "{e}\n  help: it is so from the start; look at what drives `{}`, and at its parameters",
-            e.path
-        )),
-        Ended::Tap(e) => Ending::LogFailed(e),
-    }
-}
-
-fn explain(e: &RunError) -> String {
-    if e.help.is_some() {
-        return format!("{e}\n  note: the log and before_failure.lwck hold what led to it");
-    }
-    // What fails at once mostly starts where it cannot be.
-    let start = if e.time < 0.2 {
-        "; a machine that starts inside the ground is thrown out of it: see `place`"
-    } else {
-        ""
-    };
-    format!(
-        "{e}\n  help: the log and before_failure.lwck hold what led to it; try a smaller step, and look at what drives `{}`{start}",
-        e.path
-    )
 }
 
 fn no_viewer(e: &str) {

@@ -1,6 +1,6 @@
 //! `summary.json`, and what is said at the end of a run.
-use linkwork_runner::{Ended, Figures, Realtime};
-use linkwork_runtime::{Seconds, Simulation};
+use linkwork_runner::{Balances, Ended, Figures, Realtime};
+use linkwork_runtime::{RunError, Seconds, Simulation};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -60,6 +60,9 @@ pub struct Summary {
     pub phases: BTreeMap<String, Option<f64>>,
     /// The simulation's own figures: value and unit.
     pub figures: BTreeMap<String, (f64, String)>,
+    /// Balances of energy, mass and charge; empty where `balance: false`.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub balances: Balances,
     /// Files written.
     pub files: Vec<PathBuf>,
     /// What could not be written.
@@ -78,6 +81,38 @@ impl Summary {
         let text = serde_json::to_string_pretty(self).map_err(|e| fail(&e))? + "\n";
         linkwork_record::replace(path, text.as_bytes(), linkwork_record::Durable::Now)
     }
+}
+
+/// How a run ended, with what to do about a failure.
+pub fn ending(ended: Ended) -> Ending {
+    match ended {
+        Ended::Goal => Ending::Until,
+        Ended::StopWhen => Ending::StopWhen,
+        Ended::Stopped => Ending::Interrupted,
+        Ended::Failed(e) => Ending::Failed(explain(&e)),
+        Ended::Bad(e) if e.help.is_some() => Ending::Failed(e.to_string()),
+        Ended::Bad(e) => Ending::Failed(format!(
+            "{e}\n  help: it is so from the start; look at what drives `{}`, and at its parameters",
+            e.path
+        )),
+        Ended::Tap(e) => Ending::LogFailed(e),
+    }
+}
+
+fn explain(e: &RunError) -> String {
+    if e.help.is_some() {
+        return format!("{e}\n  note: the log and before_failure.lwck hold what led to it");
+    }
+    // What fails at once mostly starts where it cannot be.
+    let start = if e.time < 0.2 {
+        "; a machine that starts inside the ground is thrown out of it: see `place`"
+    } else {
+        ""
+    };
+    format!(
+        "{e}\n  help: the log and before_failure.lwck hold what led to it; try a smaller step, and look at what drives `{}`{start}",
+        e.path
+    )
 }
 
 /// When each phase of a run began last (s).
@@ -138,6 +173,7 @@ pub fn print(s: &Summary) {
         let unit = if unit == "1" { "" } else { unit };
         say!("  {name:width$}  {} {unit}", number(*value));
     }
+    balances(&s.balances);
     if s.files.is_empty() {
         return;
     }
@@ -152,6 +188,28 @@ pub fn print(s: &Summary) {
             _ => "",
         };
         say!("  {}{hint}", file.display());
+    }
+}
+
+/// Prints a line for each quantity with the amount carried and the residual, then the sums by kind of term.
+fn balances(all: &Balances) {
+    for (name, report) in all.iter().filter(|(_, report)| report.carried > 0.0) {
+        let (carried, left) = (report.carried, report.residual);
+        let share = 100.0 * left.abs() / carried;
+        let unit = report.unit;
+        let checked = report.parts.values().any(|part| part.residual.is_some());
+        let left = match checked {
+            true => format!("{} {unit} left ({share:.2} %)", number(left)),
+            false => "nothing to check".to_string(),
+        };
+        say!("balance of {name}: up to {} {unit} carried by a part, {left}", number(carried));
+        for (kind, amount) in report.totals.iter().filter(|(_, amount)| **amount != 0.0) {
+            let what = match (*kind, report.not_counted.is_empty()) {
+                ("not counted", false) => format!("{kind}: {}", report.not_counted.join(", ")),
+                _ => (*kind).to_string(),
+            };
+            say!("  {} {unit}  {what}", number(*amount));
+        }
     }
 }
 

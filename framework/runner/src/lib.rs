@@ -16,11 +16,13 @@
 //! | `change` | variables set and pinned while it runs |
 //! | `saves` | when checkpoints are written, their names, what they carry |
 //! | `folder` | the folder of a run: one run at a time, nothing of another run in the way |
+//! | `balance` | balances of energy, mass and charge, integrated while a run goes on |
 //! | `figures` | a simulation's own figures, in fixed memory |
 //! | `built` | what built the program, for logs, checkpoints and summaries |
 //! | `pace` | as fast as real time, or a multiple of it; how late ticks were |
 //!
 //! Viewers are taps that the program hands in; this crate knows none.
+mod balance;
 mod built;
 mod change;
 mod figures;
@@ -32,6 +34,7 @@ mod run;
 mod saves;
 mod unread;
 
+pub use balance::{Balance, Balances, Part as PartBalance, Report};
 pub use built::built;
 pub use change::{assignment, changed};
 pub use figures::{Figures, Tracked};

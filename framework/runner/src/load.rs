@@ -189,6 +189,7 @@ impl Library {
             let mut sim = Simulation::new(program.phases[0].plan.clone());
             let mut remarks = sim.remarks();
             remarks.extend(sim.stiffness());
+            remarks.extend(sim.sampled_loops());
             drop(sim);
             remarks.extend(unread(&loaded, &program));
             if let Some(plan) = Arc::get_mut(&mut program.phases[0].plan) {

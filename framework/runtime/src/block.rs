@@ -1,5 +1,6 @@
 //! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
+use crate::balance::OwnAccounts;
 use crate::field::Shown;
 use crate::model::{BuildError, Description, Fired, Model, Store};
 use crate::overlay::SharedOverlay;
@@ -165,6 +166,8 @@ pub trait Block: Send {
     fn advance(&mut self, _now: &Now, _h: f64, _x: &mut [f64], _sig: &mut [f64]) -> Outcome {
         Ok(())
     }
+    /// Fills in what [`Prototype::accounts`] names, at the state of the last evaluation.
+    fn accounts(&mut self, _now: &Now, _x: &[f64], _sig: &[f64], _out: &mut [f64]) {}
     /// Returns a warning about the last step of [`Block::advance`]; each block warns once in a run.
     fn warns(&mut self) -> Option<BuildError> {
         None
@@ -252,6 +255,10 @@ pub trait Prototype: Any + Send + Sync {
     fn must_be_wired(&self) -> Vec<(&'static str, BuildError)> {
         Vec::new()
     }
+    /// What its block counts in balances besides its ports.
+    fn accounts(&self) -> OwnAccounts {
+        OwnAccounts::default()
+    }
     /// Wires it.
     fn block(&self, wiring: Wiring) -> Box<dyn Block>;
     /// Names of its states and outputs, where they are not `<path>.<port>`.
@@ -261,6 +268,10 @@ pub trait Prototype: Any + Send + Sync {
     /// One flag for each of its continuous states: whether it is no number by itself, but held together with others when
     /// the state is brought back onto its manifold. Empty: none is.
     fn held_together(&self) -> Vec<bool> {
+        Vec::new()
+    }
+    /// Its continuous states that are rates of hinges which parts drive.
+    fn driven_rates(&self) -> Vec<usize> {
         Vec::new()
     }
     /// The last preparation, once every wire is right.

@@ -6,6 +6,8 @@
 //! | propellant | [`Propellant`] | [`MassFlow`]; the source takes the sum: [`MassFlows`] |
 //! | heat | [`Temperature`] | [`HeatFlow`], positive into the source, which is a thermal node and takes the sum: [`HeatFlows`] |
 //!
+//! A part that only gives heat, such as a motor, has [`HeatFlow`] alone; it may stay open: its heat then goes to the surroundings.
+//!
 //! A load has [`Voltage`] (or [`OpenVoltage`], where it may stay open) among its inputs and [`Current`] among its outputs; a source has [`Currents`] among its inputs and [`Voltage`] among its
 //! outputs. A current is positive where the load takes power; negative where it gives power back. A voltage must not depend at once on the
 //! current that is drawn, because that is an algebraic loop: a battery has its voltage as state, an ideal supply has a constant one.

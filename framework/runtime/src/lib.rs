@@ -6,6 +6,7 @@
 extern crate linkwork_maths as _;
 extern crate self as linkwork_runtime;
 
+pub mod balance;
 mod block;
 mod catalogue;
 mod checkpoint;
@@ -41,6 +42,7 @@ mod units;
 mod value;
 mod world;
 
+pub use balance::Account;
 pub use block::{
     Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
 };
@@ -87,7 +89,7 @@ pub use spec::{
 pub use start::{Anomaly, BodyStart, Start, StartFrame, TwoLineSource};
 pub use step::{
     GuardState, MoveReport, Notice, Observer, Profile, RunError, Simulation, Spent, State, Stop,
-    Stretch, VariableError,
+    Stretch, VariableError, Wanted,
 };
 pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};

@@ -1,4 +1,5 @@
 //! Ports: plain structs seen as flat lanes of `f64`, with names, units, bindings and documentation.
+use crate::balance::Account;
 use crate::units::Unit;
 use linkwork_spatial::nalgebra::{Quaternion, UnitQuaternion};
 use linkwork_spatial::{Mat3, Quat, Vec3};
@@ -73,6 +74,8 @@ pub struct PortSpec {
     pub axle: Option<[f64; 3]>,
     /// The connector that the port belongs to: `supply` for `supply.voltage` and `supply.current`.
     pub connector: Option<Text>,
+    /// Role of the port in the balances of its part.
+    pub account: Option<Account>,
 }
 
 impl PortSpec {
@@ -99,6 +102,7 @@ impl PortSpec {
             direction: Direction::Either,
             axle: None,
             connector: None,
+            account: None,
         }
     }
 
@@ -117,6 +121,7 @@ impl PortSpec {
             direction: Direction::Either,
             axle: None,
             connector: None,
+            account: None,
         }
     }
 
@@ -181,6 +186,13 @@ impl PortSpec {
     #[must_use]
     pub fn about(mut self, axle: [f64; 3]) -> Self {
         self.axle = Some(axle);
+        self
+    }
+
+    /// Counted in the balances of the part: an amount that it stores (J, kg, C), or a rate at which it gains or loses (W, kg/s, A).
+    #[must_use]
+    pub fn counted(mut self, account: Account) -> Self {
+        self.account = Some(account);
         self
     }
 

@@ -161,6 +161,7 @@ fn craft(from: From, control: Control) -> Simulation {
     parts: {{
         {}
         {wheels}
+        "Supply": (model: "power.ideal_supply", params: {{ "voltage": 28 }}),
         "Turn": (model: "basics.sine", params: {{ "amplitude": 0.01, "frequency": 0.02 }}),
         "Moment": (model: "flight.control_moment_gyro", params: {{ "momentum": 20, "angle": 0.4 }}, bind: {{ "gimbal": "node:craft/gyro" }}),
         "Field": (model: "flight.magnetic_field", params: {{ "dipole": [-1.4509e-6, 4.6525e-6, -2.94048e-5] }}, bind: {{ "body": "node:craft" }}),
@@ -180,6 +181,7 @@ fn craft(from: From, control: Control) -> Simulation {
         "Distribution": (model: "control.wheel_distribution", rate: "10 Hz", params: {{ "axes": [{}] }}),
         "Desaturation": (model: "control.desaturation", rate: "1 Hz", params: {{ "gain": 2e-3 }}),
     }},
+    connect: [("Wheel0.supply", "Wheel1.supply", "Wheel2.supply", "Moment.supply", "Coils.supply", "Supply.terminal")],
     wires: [
         "Turn.y -> Moment.rate",
         "Rates.rate -> Filter.gyro", "Stars.attitude -> Filter.star", "Stars.fix -> Filter.fix",

@@ -44,6 +44,7 @@ fn slosh_scene(input: &Value) -> String {
     let w0 = vec3(&row(&input["w0"]));
     let mut body_inertia = matrix(&input["hub"]["I"]);
     let (mut bodies, mut parts, mut wires) = (String::new(), String::new(), Vec::new());
+    let mut supplies = String::new();
     let mut nodes = format!("\"thrust\": (position: {}), ", list(&row(&input["thrust"]["point"])));
     for (k, wheel) in input["wheels"].as_array().unwrap().iter().enumerate() {
         let (g, inertia) = (vec3(&row(&wheel["g"])), num(&wheel["Js"]));
@@ -61,6 +62,7 @@ fn slosh_scene(input: &Value) -> String {
             torque.join(", ")
         );
         wires.push(format!("\"Torque{k}.y -> Wheel{k}.torque\""));
+        supplies += &format!("\"Wheel{k}.supply\", ");
     }
     for (k, tank) in input["tanks"].as_array().unwrap().iter().enumerate() {
         let axis = vec3(&row(&tank["axis"])).normalize();
@@ -92,7 +94,9 @@ fn slosh_scene(input: &Value) -> String {
         }},
         parts: {{ {parts}
             "Thrust": (model: "flight.body_load", params: {{ "rows": [{}] }}, bind: {{ "body": "node:hub/thrust" }}),
+            "Supply": (model: "power.ideal_supply", params: {{ "voltage": 28 }}),
         }},
+        connect: [({supplies} "Supply.terminal")],
         wires: [{}], {})"#,
         num(&input["hub"]["mass"]),
         inertia(&body_inertia),

@@ -188,7 +188,9 @@ fn jumps_in_a_feedback_have_two_thresholds() {
                 parts: {{
                     "T": (model: "basics.constant", params: {{ "value": 0.1 }}),
                     "W": (model: "flight.reaction_wheel", params: {{ "inertia": 0.01, "speed_max": 95, "torque_max": 0.1, "viscous": {friction} }}, bind: {{ "wheel": "node:b" }}),
+                    "S": (model: "power.ideal_supply", params: {{ "voltage": 28 }}),
                 }},
+                connect: [("W.supply", "S.terminal")],
                 wires: ["T.y -> W.torque"], gravity: "none", step: "1 s", integrator: "{method}", until: "15 s",
                 figures: {{ "speed": (of: "W.speed", take: "max"), "last": (of: "W.speed", take: "last") }},
             )"#

@@ -3,7 +3,7 @@
 use crate::common;
 use allocation_counter::measure;
 use linkwork_runner::{Figures, prepare};
-use linkwork_runtime::{Integrator, Observer, Place, Seconds, Simulation, Stretch};
+use linkwork_runtime::{Integrator, Observer, Place, Seconds, Simulation, Stretch, Wanted};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -143,8 +143,9 @@ fn differences_of_temperatures_have_no_offset() {
         r#"Simulation(
     doc: "A temperature that swings about 0 degC.",
     parts: { "Q": (model: "basics.sine", params: { "amplitude": 62.83185307179586, "frequency": "1 Hz", "phase": "90 deg" }),
+             "H": (model: "power.heat_source"),
              "N": (model: "power.thermal_node", params: { "capacity": 1, "temperature": "0 degC" }) },
-    wires: ["Q.y -> N.heat"], step: "1 ms", until: "1 s",
+    wires: ["Q.y -> H.power"], connect: [("H.node", "N.port")], step: "1 ms", until: "1 s",
     figures: {
         "rms": (of: "N.temperature", take: "rms", unit: "degC"), "max": (of: "N.temperature", take: "max", unit: "degC"),
         "std": (of: "N.temperature", take: "std", unit: "degC"), "range": (of: "N.temperature", take: "range", unit: "degC"),
@@ -277,7 +278,8 @@ fn an_observer_changes_nothing() {
             let mut sim = common::repository(&format!("{name}/sim.ron"), &[]).unwrap();
             if observed {
                 let places: Vec<Place> = sim.plan().variables.values().map(|v| v.place).collect();
-                sim.observe(&places, Box::new(Nosy { seen: 0.0, stretches: 0 }));
+                let wanted = Wanted { places, ..Wanted::default() };
+                sim.observe(&wanted, Box::new(Nosy { seen: 0.0, stretches: 0 }));
             }
             for _ in 0..150 {
                 sim.step().unwrap();

@@ -1,6 +1,7 @@
 //! What holds for every simulation: the same bits, cuts, warnings, energy, allocation, the house rules.
 
 mod allocation;
+mod balance;
 mod camera;
 mod campaigns;
 mod conditions;
@@ -13,6 +14,7 @@ mod masses;
 mod power;
 mod prescribed;
 mod rank;
+mod sampled;
 mod sharing;
 mod splits;
 mod tidy;

@@ -34,13 +34,12 @@ const NETWORK: &str = r#"Simulation(
         "Out": (model: "basics.energy_meter"),
     },
     wires: [
-        "Generator.heat -> Box.heat",
         "Air.y -> Skin.air", "Sun.y -> Skin.light", "Sky.y -> Skin.sky",
-        "Heater.power -> In.power", "Generator.heat -> In.power", "Skin.absorbed -> In.power",
+        "Heater.power -> In.power", "Generator.case.heat -> In.power", "Skin.absorbed -> In.power",
         "Skin.radiated -> Out.power", "Skin.convected -> Out.power",
     ],
     connect: [
-        ("Heater.supply", "Supply.terminal"), ("BoxToSkin.a", "BoxToPack.a", "Heater.node", "Box.port"),
+        ("Heater.supply", "Supply.terminal"), ("BoxToSkin.a", "BoxToPack.a", "Heater.node", "Generator.case", "Box.port"),
         ("BoxToSkin.b", "Skin.port"), ("BoxToPack.b", "Pack.port"),
     ],
     step: "2 min", until: "40 h",
@@ -110,13 +109,14 @@ fn a_body_that_radiates_cools_as_its_closed_form() {
 const CHAIN: &str = r#"Simulation(
     parts: {
         "Heat": (model: "basics.constant", params: { "value": 24 }),
+        "Source": (model: "power.heat_source"),
         "Air": (model: "basics.constant", params: { "value": 230 }),
         "Inner": (model: "power.thermal_node", params: { "capacity": "4 kJ/K", "temperature": "230 K" }),
         "Outer": (model: "power.thermal_node", params: { "capacity": "3 kJ/K", "temperature": "230 K", "area": "0.5 m^2", "convection": 1.6 }),
         "Link": (model: "power.thermal_link", params: { "conductance": 0.7 }),
     },
-    wires: ["Heat.y -> Inner.heat", "Air.y -> Outer.air"],
-    connect: [("Link.a", "Inner.port"), ("Link.b", "Outer.port")],
+    wires: ["Heat.y -> Source.power", "Air.y -> Outer.air"],
+    connect: [("Link.a", "Source.node", "Inner.port"), ("Link.b", "Outer.port")],
     step: "1 min", integrator: "dormand_prince_54", until: "60 h",
 )"#;
 
@@ -208,10 +208,10 @@ const FLAT: &str = r#"Simulation(
         "Shed": (model: "basics.energy_meter"),
     },
     wires: [
-        "One.y -> On.a", "Zero.y -> On.b", "On.y -> Load.on", "Source.y -> Charger.power", "Load.heat -> Box.heat",
+        "One.y -> On.a", "Zero.y -> On.b", "On.y -> Load.on", "Source.y -> Charger.power",
         "Air.y -> Box.air", "Battery.shed -> Shed.power",
     ],
-    connect: [("Load.supply", "Heater.supply", "Battery.terminal"), ("Charger.output", "Battery.charger"), ("Heater.node", "Box.port")],
+    connect: [("Load.supply", "Heater.supply", "Battery.terminal"), ("Charger.output", "Battery.charger"), ("Heater.node", "Load.case", "Box.port")],
     step: "10 s", until: "8 h",
 )"#;
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-fn library() -> Library {
+pub(super) fn library() -> Library {
     Library {
         catalogue: Catalogue::new(linkwork_assemblies::libraries()),
         embedded: linkwork_assemblies::embedded(),
@@ -15,7 +15,7 @@ fn library() -> Library {
 }
 
 /// Every file with a simulation, but those that need what their READMEs make first (a unit, a class).
-fn simulations() -> Vec<PathBuf> {
+pub(super) fn simulations() -> Vec<PathBuf> {
     let elsewhere = ["fmu/side_by_side.ron", "python_controller/cart_pole.ron", "fmu/arm.ron"];
     let mut files = Vec::new();
     gather(&linkwork_tests::root().join("sims"), &mut files);

@@ -2,6 +2,7 @@
 //! ```text
 //! h = h₀ (cos δ s + sin δ t)      s, t = a × s, a: axes of the gimbal, fixed in the body
 //! on the body: M = −δ̇ a × h − ω × h        δ̇ = the rate asked for, within its limit; ω: inertial rate of the body
+//! P = δ̇ (ω × h) · a + P_idle, i = P/V of the supply;   without a supply (V = 0) δ̇ = 0, and the wheel keeps its speed
 //! ```
 //! The gimbal follows its rate at once and has no inertia of its own; its motor holds what the body's
 //! turning asks of it. Node z is the gimbal's axis a, x the wheel's axis s at δ = 0. Where W is a site, ω is the rate in W and that of the planet.
@@ -21,6 +22,9 @@ pub struct GyroParams {
     /// Greatest rate of the gimbal.
     #[param(unit = "rad/s", default = 1.0, range = 0.0..)]
     pub rate_max: f64,
+    /// Power of the wheel's motor, which makes up for its friction, and of the electronics.
+    #[param(unit = "W", default = 0.0, range = 0.0..)]
+    pub idle: f64,
     /// The world: the momentum of the wheel turns with a site that W may be.
     #[param(service)]
     pub world: Option<Handle<dyn World>>,
@@ -32,6 +36,9 @@ pub struct GyroIn {
     /// Node at the gimbal: z its axis, x the wheel's axis at angle 0.
     #[port(bind = "gimbal")]
     pub gimbal: NodeState,
+    /// Supply of gimbal and wheel.
+    #[port(connector)]
+    pub supply: Voltage,
     /// Rate of the gimbal that is asked for.
     #[port("rad/s", default = 0.0)]
     pub rate: f64,
@@ -52,6 +59,15 @@ pub struct GyroOut {
     /// Torque of the gimbal's motor.
     #[port("N m")]
     pub motor: f64,
+    /// Supply of gimbal and wheel.
+    #[port(connector)]
+    pub supply: Current,
+    /// Electrical power taken from the supply; negative: fed back.
+    #[port("W")]
+    pub power: f64,
+    /// Outlet of the heat of wheel and electronics, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
+    #[port(connector)]
+    pub case: HeatFlow,
 }
 
 /// State of the gimbal.
@@ -67,6 +83,14 @@ pub struct ControlMomentGyro {
     p: GyroParams,
     /// Of W in inertial space, rad/s, W.
     turning: Vec3,
+}
+
+impl ControlMomentGyro {
+    /// Rate of the gimbal: none without a supply.
+    fn rate(&self, u: &GyroIn) -> f64 {
+        let most = if u.supply.voltage > 0.0 { self.p.rate_max } else { 0.0 };
+        u.rate.clamp(-most, most)
+    }
 }
 
 /// A single-gimbal control moment gyro with a wheel of constant speed.
@@ -86,19 +110,19 @@ impl Model for ControlMomentGyro {
     fn direct(&self, _: &Clock, x: &Gimbal, _: &(), u: &GyroIn) -> GyroOut {
         let R = u.gimbal.rotation;
         let axis = R * Vec3::z();
-        let rate = u.rate.clamp(-self.p.rate_max, self.p.rate_max);
+        let rate = self.rate(u);
         let h = R * Vec3::new(x.angle.cos(), x.angle.sin(), 0.0) * self.p.momentum;
         let carried = (u.gimbal.angular + self.turning).cross(&h);
         let moment = -axis.cross(&h) * rate - carried;
-        GyroOut {
-            load: Wrench { moment, force: Vec3::zeros() },
-            angle: x.angle,
-            momentum: h,
-            motor: carried.dot(&axis),
-        }
+        let motor = carried.dot(&axis);
+        let heat = if u.supply.voltage > 0.0 { self.p.idle } else { 0.0 };
+        let power = motor * rate + heat;
+        let supply = u.supply.current_of(power);
+        let load = Wrench { moment, force: Vec3::zeros() };
+        GyroOut { load, angle: x.angle, momentum: h, motor, supply, power, case: HeatFlow { heat } }
     }
     fn deriv(&self, _: &Clock, _: &Gimbal, _: &(), _: &(), u: &GyroIn) -> Gimbal {
-        Gimbal { angle: u.rate.clamp(-self.p.rate_max, self.p.rate_max) }
+        Gimbal { angle: self.rate(u) }
     }
 }
 
@@ -107,8 +131,10 @@ mod tests {
     use super::*;
     use crate::attitude::tests::{fast_site, turning_node};
 
+    const SUPPLY: Voltage = Voltage { voltage: 28.0 };
+
     fn gyro(world: Option<Handle<dyn World>>) -> ControlMomentGyro {
-        let p = GyroParams { momentum: 30.0, angle: 0.4, rate_max: 1.0, world };
+        let p = GyroParams { momentum: 30.0, angle: 0.4, rate_max: 1.0, idle: 20.0, world };
         ControlMomentGyro::build(p).unwrap()
     }
 
@@ -121,16 +147,28 @@ mod tests {
             let rotation = Quat::from_scaled_axis(omega * t);
             let gimbal = NodeState { rotation, angular: omega, ..NodeState::identity() };
             let x = Gimbal { angle: 0.4 + rate * t };
-            m.direct(&Clock::at(t, 0.01, 0), &x, &(), &GyroIn { gimbal, rate }, &())
+            m.direct(&Clock::at(t, 0.01, 0), &x, &(), &GyroIn { gimbal, supply: SUPPLY, rate }, &())
         };
         let h = 1e-5;
         let slope = (at(h).momentum - at(-h).momentum) / (2.0 * h);
         assert!((at(0.0).load.moment + slope).norm() < 1e-8, "{slope}");
         // Torque across the gimbal is amplified: much for little motor.
         assert!(at(0.0).load.moment.norm() > 15.0 && at(0.0).motor.abs() < 2.0);
-        let u = GyroIn { gimbal: NodeState::identity(), rate: 7.0 };
+        let u = GyroIn { gimbal: NodeState::identity(), supply: SUPPLY, rate: 7.0 };
         let x = m.deriv(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &(), &u, &(), &GyroOut::zero());
         assert_eq!(x.angle, 1.0);
+        // The gimbal stands still without a supply.
+        let u = GyroIn { supply: Voltage { voltage: 0.0 }, ..u };
+        let x = m.deriv(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &(), &u, &(), &GyroOut::zero());
+        assert_eq!(x.angle, 0.0);
+        // The gimbal's motor does the work that the body receives; the rest is heat.
+        let angular = Vec3::new(0.3, -0.2, 0.5);
+        let gimbal = NodeState { angular, ..NodeState::identity() };
+        let u = GyroIn { gimbal, supply: SUPPLY, rate: 0.6 };
+        let y = m.direct(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &u, &());
+        let work = y.load.moment.dot(&angular);
+        assert!((y.power - 20.0 - work).abs() < 1e-12 && work.abs() > 1.0 && y.case.heat == 20.0);
+        assert!((y.supply.current * 28.0 - y.power).abs() < 1e-12);
     }
 
     #[test]
@@ -140,7 +178,7 @@ mod tests {
         let (omega, rate) = (Vec3::new(0.02, -0.05, 0.03), 0.6);
         let at = |t: f64| {
             let x = Gimbal { angle: 0.4 + rate * t };
-            let u = GyroIn { gimbal: turning_node(&omega, t), rate };
+            let u = GyroIn { gimbal: turning_node(&omega, t), supply: SUPPLY, rate };
             m.direct(&Clock::at(t, 0.01, 0), &x, &(), &u, &())
         };
         let momentum = |t: f64| site.to_inertial(t) * at(t).momentum;
@@ -153,7 +191,7 @@ mod tests {
             &Clock::at(t, 0.01, 0),
             &Gimbal { angle: 0.4 + rate * t },
             &(),
-            &GyroIn { gimbal: turning_node(&omega, t), rate },
+            &GyroIn { gimbal: turning_node(&omega, t), supply: SUPPLY, rate },
             &(),
         );
         assert!((own.load.moment - at(t).load.moment).norm() > 0.3);

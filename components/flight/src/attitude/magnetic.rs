@@ -3,6 +3,7 @@
 //! dipole   B = (a/r)³ (3 (m · r̂) r̂ − m)      a = 6371.2 km, m = (g₁¹, h₁¹, g₁⁰) in the planet's axes
 //! degree   B = −∇V, V = a Σ (a/r)ⁿ⁺¹ Σ P̃_nm(sin φ)(g cos mλ + h sin mλ): IGRF-14 at the epoch, to the degree that is written
 //! M = d × B                                  d: the dipole of the coils, body axes, within its limit by axis
+//! P = Σ P_max (d/d_max)² + M · ω             i = P/V of the supply; without a supply (V = 0) d = 0
 //! ```
 //! Axes and epoch are those of the world, so that no two parts can disagree; in a site the field stands still in W. The field of the epoch is kept: it changes by some 100 nT a year. Currents in the ionosphere and
 //! beyond are not in it.
@@ -136,6 +137,9 @@ pub struct TorquerParams {
     /// Greatest dipole about each axis.
     #[param(unit = "A m^2", range = 0.0..)]
     pub dipole_max: f64,
+    /// Power that the coils of an axis take at their greatest dipole.
+    #[param(unit = "W", default = 0.0, range = 0.0..)]
+    pub power_max: f64,
 }
 
 /// Body, command and field.
@@ -144,6 +148,9 @@ pub struct TorquerIn {
     /// Node with the axes of the coils.
     #[port(bind = "body")]
     pub body: NodeState,
+    /// Supply of the coils.
+    #[port(connector)]
+    pub supply: Voltage,
     /// Dipole that is asked for, axes of the node.
     #[port("A m^2")]
     pub dipole: Vec3,
@@ -161,6 +168,15 @@ pub struct TorquerOut {
     /// Dipole that there is, axes of the node.
     #[port("A m^2")]
     pub given: Vec3,
+    /// Supply of the coils.
+    #[port(connector)]
+    pub supply: Current,
+    /// Electrical power taken from the supply: heat, and the work on the body.
+    #[port("W")]
+    pub power: f64,
+    /// Outlet of the heat of the coils, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
+    #[port(connector)]
+    pub case: HeatFlow,
 }
 
 /// Three coils.
@@ -175,10 +191,20 @@ impl Model for MagneticTorquer {
     type Ud = TorquerIn;
     type Yd = TorquerOut;
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &TorquerIn) -> TorquerOut {
-        let limit = self.p.dipole_max;
+        let limit = if u.supply.voltage > 0.0 { self.p.dipole_max } else { 0.0 };
         let given = u.dipole.map(|d| d.clamp(-limit, limit));
         let moment = (u.body.rotation * given).cross(&u.field);
-        TorquerOut { load: Wrench { moment, force: Vec3::zeros() }, given }
+        let share = |d: f64| if limit > 0.0 { (d / limit).powi(2) } else { 0.0 };
+        let heat = self.p.power_max * given.iter().map(|d| share(*d)).sum::<f64>();
+        let power = heat + moment.dot(&u.body.angular);
+        let load = Wrench { moment, force: Vec3::zeros() };
+        TorquerOut {
+            load,
+            given,
+            supply: u.supply.current_of(power),
+            power,
+            case: HeatFlow { heat },
+        }
     }
 }
 
@@ -334,14 +360,23 @@ mod tests {
 
     #[test]
     fn coils_push_across_the_field_within_their_limit() {
-        let m = MagneticTorquer { p: TorquerParams { dipole_max: 10.0 } };
+        let m = MagneticTorquer { p: TorquerParams { dipole_max: 10.0, power_max: 5.0 } };
         let rotation = Quat::from_scaled_axis(Vec3::new(0.4, 0.2, -0.6));
         let field = Vec3::new(1e-5, -2e-5, 3e-5);
         let body = NodeState { rotation, ..NodeState::identity() };
-        let u = TorquerIn { body, dipole: Vec3::new(4.0, -30.0, 1.0), field };
+        let supply = Voltage { voltage: 28.0 };
+        let u = TorquerIn { body, supply, dipole: Vec3::new(4.0, -30.0, 1.0), field };
         let y = m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &());
         assert_eq!(y.given, Vec3::new(4.0, -10.0, 1.0));
         let want = (rotation * y.given).cross(&field);
         assert!((y.load.moment - want).norm() < 1e-20 && y.load.moment.dot(&field).abs() < 1e-20);
+        // 5 W at the limit of an axis, by the square below it.
+        let heat = 5.0 * (0.16 + 1.0 + 0.01);
+        assert!(
+            (y.case.heat - heat).abs() < 1e-12 && (y.supply.current * 28.0 - heat).abs() < 1e-12
+        );
+        let dark = TorquerIn { supply: Voltage { voltage: 0.0 }, ..u };
+        let y = m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &dark, &());
+        assert_eq!((y.given, y.power, y.supply.current), (Vec3::zeros(), 0.0, 0.0));
     }
 }

@@ -5,6 +5,7 @@
 //! on the body: M = −(u − τ_f) g − ω × h g + imbalance
 //! τ_f = (T_c + (T_s − T_c) e^(−(Ω/Ω_s)²)) tanh(Ω/ε) + b Ω       Coulomb, Stribeck, viscous
 //! |Ω| ≥ Ω_max: the motor gives no more than friction takes, until |Ω| < 0.999 Ω_max or the command brakes
+//! P = u Ω + c u² + P_idle, i = P/V of the supply;   without a supply (V = 0) u = 0: friction brakes the wheel
 //! static imbalance   F = U_s Ω² a(θ)       dynamic   T = U_d Ω² a(θ)       θ̇ = Ω,  a ⊥ g turns with the wheel
 //! ```
 //! The body's inertia in the file has the wheel's mass and its inertia across g, and not J about g: the
@@ -26,6 +27,12 @@ pub struct WheelParams {
     /// Greatest torque of the motor.
     #[param(unit = "N m", default = f64::INFINITY, range = 0.0..)]
     pub torque_max: f64,
+    /// Losses c of the winding, R/k²: resistance over the square of the torque constant.
+    #[param(unit = "W/(N^2 m^2)", default = 0.0, range = 0.0..)]
+    pub winding_loss: f64,
+    /// Power of its electronics.
+    #[param(unit = "W", default = 0.0, range = 0.0..)]
+    pub idle: f64,
     /// Speed at which the motor gives no more torque that would drive it faster: it holds the speed against friction there. It
     /// drives again below 0.999 of it.
     #[param(unit = "rad/s", default = f64::INFINITY, range = 0.0..)]
@@ -62,6 +69,9 @@ pub struct WheelIn {
     /// Node at the wheel; z is its spin axis.
     #[port(bind = "wheel")]
     pub wheel: NodeState,
+    /// Supply of motor and electronics.
+    #[port(connector)]
+    pub supply: Voltage,
     /// Torque on the wheel that is asked for; what is beyond the motor is cut off.
     #[port("N m", default = 0.0)]
     pub torque: f64,
@@ -82,6 +92,18 @@ pub struct WheelOut {
     /// Momentum h about the spin axis, inertial.
     #[port("N m s")]
     pub momentum: f64,
+    /// Supply of motor and electronics.
+    #[port(connector)]
+    pub supply: Current,
+    /// Electrical power taken from the supply; negative: fed back while the motor brakes the wheel.
+    #[port("W")]
+    pub power: f64,
+    /// Outlet of the heat of winding, electronics and friction, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
+    #[port(connector)]
+    pub case: HeatFlow,
+    /// Energy of the wheel's rotation about its axis, inertial.
+    #[port("J", stored)]
+    pub energy: f64,
 }
 
 /// State of a wheel.
@@ -174,7 +196,9 @@ impl Model for ReactionWheel {
         let rate = u.wheel.angular + self.turning;
         let speed = self.speed(x, u);
         let friction = self.friction(speed);
-        let mut torque = u.torque.clamp(-p.torque_max, p.torque_max);
+        let supplied = u.supply.voltage > 0.0;
+        let torque_max = if supplied { p.torque_max } else { 0.0 };
+        let mut torque = u.torque.clamp(-torque_max, torque_max);
         if d.limit != 0.0 {
             torque = d.limit * (d.limit * torque).min((d.limit * friction).max(0.0));
         }
@@ -187,7 +211,18 @@ impl Model for ReactionWheel {
             load.moment += out * p.dynamic_imbalance;
             load.force = out * p.static_imbalance;
         }
-        WheelOut { load, speed, net_torque, momentum: x.momentum }
+        let lost = p.winding_loss * torque * torque + if supplied { p.idle } else { 0.0 };
+        let power = torque * speed + lost;
+        WheelOut {
+            load,
+            speed,
+            net_torque,
+            momentum: x.momentum,
+            supply: u.supply.current_of(power),
+            power,
+            case: HeatFlow { heat: lost + friction * speed },
+            energy: 0.5 * x.momentum * x.momentum / p.inertia,
+        }
     }
     fn mode(&self, _: &Clock, x: &Spin, d: &AtLimit, u: &WheelIn) -> AtLimit {
         self.limit(self.speed(x, u), d)
@@ -235,11 +270,15 @@ mod tests {
     use super::*;
     use crate::attitude::tests::{fast_site, turning_node};
 
+    const SUPPLY: Voltage = Voltage { voltage: 28.0 };
+
     fn params() -> WheelParams {
         WheelParams {
             inertia: 0.0796,
             speed: 600.0,
             torque_max: 0.2,
+            winding_loss: 40.0,
+            idle: 3.0,
             speed_max: 628.0,
             coulomb: 0.002,
             breakaway: 0.003,
@@ -253,7 +292,8 @@ mod tests {
     }
 
     fn at(m: &ReactionWheel, x: &Spin, torque: f64, angular: Vec3) -> WheelOut {
-        let u = WheelIn { wheel: NodeState { angular, ..NodeState::identity() }, torque };
+        let wheel = NodeState { angular, ..NodeState::identity() };
+        let u = WheelIn { wheel, supply: SUPPLY, torque };
         let c = Clock::at(0.0, 0.01, 0);
         let d = m.mode(&c, x, &AtLimit { limit: 0.0 }, &u, &());
         m.direct(&c, x, &d, &u, &())
@@ -289,7 +329,7 @@ mod tests {
         // Room between the two speeds.
         let u = |w: f64| {
             let x = Spin { momentum: 0.0796 * w, angle: 0.0 };
-            (x, WheelIn { wheel: NodeState::identity(), torque: 0.1 })
+            (x, WheelIn { wheel: NodeState::identity(), supply: SUPPLY, torque: 0.1 })
         };
         let mode = |w: f64, limit: f64| {
             let (x, u) = u(w);
@@ -304,6 +344,33 @@ mod tests {
     }
 
     #[test]
+    fn power_is_work_heat_and_what_the_wheel_takes_up() {
+        let p = WheelParams { static_imbalance: 0.0, dynamic_imbalance: 0.0, ..params() };
+        let m = ReactionWheel::build(p).unwrap();
+        let angular = Vec3::new(0.3, -0.2, 0.5);
+        for (speed, torque) in [(600.0, 0.1), (600.0, -0.1), (-400.0, 0.15), (0.5, 0.02)] {
+            let x = Spin { momentum: 0.0796 * speed, angle: 0.0 };
+            let y = at(&m, &x, torque, angular);
+            let (work, taken) = (y.load.moment.dot(&angular), x.momentum / 0.0796 * y.net_torque);
+            let left = y.power - work - y.case.heat - taken;
+            assert!(
+                left.abs() < 1e-12 && (y.supply.current * 28.0 - y.power).abs() < 1e-12,
+                "{y:?}"
+            );
+        }
+        // It takes u Ω and c u², and gives back what braking leaves.
+        let y = at(&m, &m.init_x(), 0.1, Vec3::zeros());
+        assert!((y.power - (60.0 + 0.4 + 3.0)).abs() < 1e-12, "{y:?}");
+        assert!(at(&m, &m.init_x(), -0.1, Vec3::zeros()).power < -50.0);
+        // Friction alone brakes the wheel without a supply.
+        let supply = Voltage { voltage: 0.0 };
+        let u = WheelIn { wheel: NodeState::identity(), supply, torque: 0.1 };
+        let c = Clock::at(0.0, 0.01, 0);
+        let y = m.direct(&c, &m.init_x(), &AtLimit { limit: 0.0 }, &u, &());
+        assert_eq!((y.net_torque, y.supply.current, y.power), (-m.friction(600.0), 0.0, 0.0));
+    }
+
+    #[test]
     fn in_a_site_the_load_is_what_its_momentum_loses_in_inertial_axes() {
         let (site, world) = fast_site();
         let mut p = params();
@@ -313,7 +380,7 @@ mod tests {
         let omega = Vec3::new(0.02, -0.05, 0.03);
         let (t, h) = (7.0, 1e-5);
         let y = |t: f64, momentum: f64| {
-            let u = WheelIn { wheel: turning_node(&omega, t), torque: 0.1 };
+            let u = WheelIn { wheel: turning_node(&omega, t), supply: SUPPLY, torque: 0.1 };
             m.direct(
                 &Clock::at(t, 0.01, 0),
                 &Spin { momentum, angle: 0.0 },
@@ -350,7 +417,7 @@ mod tests {
         };
         let slope = |y: &[f64; 8]| {
             let n = node(y);
-            let u = WheelIn { wheel: n, torque: 0.1 };
+            let u = WheelIn { wheel: n, supply: SUPPLY, torque: 0.1 };
             let o = m.direct(
                 &Clock::at(0.0, 0.01, 0),
                 &Spin { momentum: y[7], angle: 0.0 },

@@ -303,6 +303,8 @@ record! {
         view: Option<ViewForm> = of::<ViewForm>().maybe(),
         /// Numbers that sum up a run.
         figures: Option<Located> = raw(|| table_of(of::<FigureForm>()).describe()).maybe(),
+        /// Whether a run keeps balances of energy, mass and charge.
+        balance: bool = flag().or(true),
         /// Plots over time.
         plots: Vec<Plot> = list_of(of::<Plot>()).or(Vec::new()),
         /// The text needs no other file.
@@ -349,6 +351,8 @@ pub struct Settings {
     pub log: Vec<LogRule>,
     /// Numbers that sum up a run, by name.
     pub figures: Vec<Figure>,
+    /// Whether a run keeps balances of energy, mass and charge.
+    pub balance: bool,
     /// Plots.
     pub plots: Vec<Plot>,
 }
@@ -414,7 +418,7 @@ fn phases_schema() -> Schema {
 }
 
 /// Fields of a simulation that a phase cannot change.
-pub(crate) const FIXED: [&str; 14] = [
+pub(crate) const FIXED: [&str; 15] = [
     "assembly",
     "name",
     "mounts",
@@ -425,6 +429,7 @@ pub(crate) const FIXED: [&str; 14] = [
     "log",
     "view",
     "figures",
+    "balance",
     "plots",
     "phases",
     "start",
@@ -476,6 +481,7 @@ pub(crate) fn read(cx: &mut Cx, v: &Located) -> Settings {
         view: form.view,
         log: form.log,
         figures: form.figures.map(|f| figures(cx, &f)).unwrap_or_default(),
+        balance: form.balance,
         plots: form.plots,
     }
 }

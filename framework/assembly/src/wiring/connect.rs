@@ -149,7 +149,15 @@ fn wires(node: &Node<'_>) -> Result<Vec<WireSpec>, Problem> {
         let fact = format!("it names `{}` only", first.path);
         return Err((fact, "join two different connectors".into()));
     }
-    if let Some(other) = others.iter().find(|o| o.quantities() != first.quantities()) {
+    // One that only gives a flow, such as the heat of a motor, has part of the quantities of its source.
+    let kind = members.iter().map(Connector::quantities).max_by_key(BTreeSet::len);
+    let kind = kind.unwrap_or_default();
+    let differs = |m: &Connector| {
+        let own = m.quantities();
+        own != kind && !(m.inputs.is_empty() && own.is_subset(&kind))
+    };
+    if differs(first) || others.iter().any(differs) {
+        let other = others.iter().find(|o| o.quantities() != first.quantities()).unwrap_or(first);
         let fact = format!(
             "`{}` is a connector of ({}), `{}` of ({})",
             first.path,

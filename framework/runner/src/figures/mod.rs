@@ -5,10 +5,11 @@
 mod quantiles;
 mod statistics;
 
+use crate::balance::{Balance, Saved};
 use crate::prepare::condition;
 use linkwork_assembly::{Figure, FigureOf, Take};
 use linkwork_runtime::{
-    Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Times, Unit,
+    Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Times, Unit, Wanted,
 };
 use serde::{Deserialize, Serialize};
 use statistics::{Span, Statistics, Wants, crossing};
@@ -86,6 +87,7 @@ struct First {
 struct Kept {
     series: Vec<(String, Statistics)>,
     firsts: Vec<(String, Option<(f64, f64)>)>,
+    balance: Option<Saved>,
 }
 
 /// All figures of a run.
@@ -97,6 +99,8 @@ pub struct Figures {
     series: Vec<Series>,
     firsts: Vec<First>,
     memo: Memo,
+    /// The balances of the run, when they are taken.
+    pub balance: Option<Balance>,
 }
 
 /// Values inside a stretch that several figures look at.
@@ -208,10 +212,15 @@ impl Figures {
 
     /// Observes a run from its present instant on. [`Figures::of`] returns them from then on.
     pub fn observe(mut self, sim: &mut Simulation) {
-        if !self.list.is_empty() {
-            self.memo.values = vec![f64::NAN; PARTS.len() * self.places.len()];
-            sim.observe(&self.places.clone(), Box::new(self));
+        if self.list.is_empty() && self.balance.is_none() {
+            return;
         }
+        let mut wanted = Wanted { places: self.places.clone(), ..Wanted::default() };
+        if let Some(balance) = &mut self.balance {
+            balance.want(&mut wanted);
+        }
+        self.memo.values = vec![f64::NAN; PARTS.len() * wanted.width()];
+        sim.observe(&wanted, Box::new(self));
     }
 
     /// The figures that observe a run.
@@ -227,6 +236,7 @@ impl Figures {
         let kept = Kept {
             series: self.series.iter().map(|s| (s.key.clone(), s.statistics.clone())).collect(),
             firsts: self.firsts.iter().map(|f| (f.key.clone(), f.found)).collect(),
+            balance: self.balance.as_ref().map(Balance::save),
         };
         rmp_serde::to_vec_named(&kept).map_err(|e| format!("the figures: {e}"))
     }
@@ -243,6 +253,9 @@ impl Figures {
                 statistics.make_room();
                 own.statistics = statistics;
             }
+        }
+        if let (Some(own), Some(saved)) = (&mut self.balance, kept.balance) {
+            own.restore(saved);
         }
         for (key, found) in kept.firsts {
             if let Some(own) = self.firsts.iter_mut().find(|f| f.key == key) {
@@ -342,6 +355,9 @@ fn wants(take: Take) -> Wants {
 
 impl Observer for Figures {
     fn instant(&mut self, t: Times, values: &[f64]) {
+        if let Some(balance) = &mut self.balance {
+            balance.instant(t.time, values);
+        }
         for Series { source, statistics, .. } in &mut self.series {
             let y = match source {
                 Source::Number(column) | Source::Truth(column) => values[*column],
@@ -359,6 +375,9 @@ impl Observer for Figures {
     }
 
     fn stretch(&mut self, over: &mut Stretch<'_>) {
+        if let Some(balance) = &mut self.balance {
+            balance.stretch(over);
+        }
         self.memo.known = [false; PARTS.len()];
         for series in &mut self.series {
             if series.wants != Wants::Last {

@@ -2,7 +2,7 @@
 //!
 //! A connector is a group of inputs and outputs of a part, such as a voltage that it sees and a current that it draws. Wires join the connectors of
 //! two parts in both directions or not at all: an input of a connector that comes from another connector requires that the
-//! outputs of the same quantities go back to it. So no wire of a pair can be forgotten, and a conserved flow (current, mass, heat) is neither lost
+//! outputs of the same quantities go back to it, unless that one has no inputs. So no wire of a pair can be forgotten, and a conserved flow (current, mass, heat) is neither lost
 //! nor created by wiring.
 use super::Part;
 use super::connect::Link;
@@ -15,6 +15,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) fn check(parts: &[Part<'_>], links: &[Link], faults: &mut Vec<Fault>) {
     // Connector by the path of its port.
     let mut owner: BTreeMap<String, String> = BTreeMap::new();
+    // Connectors that take something. Others only give a flow, such as the heat of a motor, and nothing has to go back to them.
+    let mut takes: BTreeSet<String> = BTreeSet::new();
     for part in parts {
         let d = part.prototype.description();
         for port in d.all_inputs().chain(d.all_outputs()) {
@@ -23,6 +25,8 @@ pub(super) fn check(parts: &[Part<'_>], links: &[Link], faults: &mut Vec<Fault>)
                 owner.insert(format!("{path}.{}", port.name), format!("{path}.{connector}"));
             }
         }
+        let inputs = d.all_inputs().filter_map(|port| port.connector.as_deref());
+        takes.extend(inputs.map(|connector| format!("{}.{connector}", part.spec.path)));
     }
     if owner.is_empty() {
         return;
@@ -54,9 +58,10 @@ pub(super) fn check(parts: &[Part<'_>], links: &[Link], faults: &mut Vec<Fault>)
                     continue;
                 };
                 let back = |o: &&PortSpec| o.connector.as_deref() == Some(connector);
-                let lost = d.all_outputs().filter(back).find(|o| {
-                    !joined.contains(&(format!("{path}.{}", o.name).as_str(), other.as_str()))
-                });
+                let lost =
+                    d.all_outputs().filter(back).filter(|_| takes.contains(other)).find(|o| {
+                        !joined.contains(&(format!("{path}.{}", o.name).as_str(), other.as_str()))
+                    });
                 if let Some(lost) = lost
                     && reported.insert(connector)
                 {

@@ -568,6 +568,10 @@ impl Block for MechanismBlock {
         vec![BuildError::new(fact).help(help)]
     }
 
+    fn accounts(&mut self, now: &Now, x: &[f64], sig: &[f64], out: &mut [f64]) {
+        self.count(now, x, sig, out);
+    }
+
     fn warns(&mut self) -> Option<BuildError> {
         let report = self.unsolved.take()?;
         self.unsolved_told = true;

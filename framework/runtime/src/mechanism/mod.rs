@@ -8,6 +8,7 @@
 //! After a step q and v are put back onto the constraints. With contact, the part advances a step at a
 //! time (`advance`); nothing but the impulses of the last contacts passes from step to step, and they
 //! are its store. Where machines move by kinematics it advances likewise (`rolling`), and nothing passes on.
+mod accounts;
 mod axle;
 mod block;
 mod branch;

@@ -7,6 +7,7 @@ use super::masses::Varying;
 use super::ports::MechanismPorts;
 use super::spec::{ContactSpec, MechanismSpec};
 use super::touch;
+use crate::balance::OwnAccounts;
 use crate::block::{Block, Carried, Failure, Named, OldState, Prototype, Wiring};
 use crate::model::{Description, Functions, Turning};
 use crate::ports::{PortKind, PortSpec};
@@ -81,6 +82,8 @@ pub struct MechanismPlan {
     pub ports: MechanismPorts,
     /// Bodies that mass is added to.
     pub(super) varies: Vec<Varying>,
+    /// Says for each place in v whether its motion is prescribed.
+    pub(super) prescribed: Vec<bool>,
     /// Signal lanes of what is added, ten for each frame.
     masses: Vec<u32>,
     /// Its fingerprint, once somebody has asked.
@@ -145,6 +148,7 @@ impl MechanismPart {
             treatments,
             tree,
             varies: Varying::all(m, &ports),
+            prescribed: m.prescribed(),
             ports,
             masses: Vec::new(),
             print: OnceLock::new(),
@@ -177,6 +181,9 @@ impl Prototype for MechanismPart {
     fn stored(&self) -> bool {
         self.plan.contact.is_some()
     }
+    fn accounts(&self) -> OwnAccounts {
+        super::accounts::of(&self.plan)
+    }
     fn block(&self, wiring: Wiring) -> Box<dyn Block> {
         Box::new(MechanismBlock::new(self.plan.clone(), wiring))
     }
@@ -186,6 +193,10 @@ impl Prototype for MechanismPart {
     }
     fn names(&self, wiring: &Wiring) -> Option<Vec<Named>> {
         Some(super::names::names(&self.plan, wiring))
+    }
+    fn driven_rates(&self) -> Vec<usize> {
+        let first = self.plan.x + self.plan.multibody.nq();
+        self.plan.ports.torques.iter().map(|v| first + *v as usize).collect()
     }
     fn settle(&mut self, wiring: &Wiring) -> Result<(), Fault> {
         let Some(plan) = Arc::get_mut(&mut self.plan) else { return Ok(()) };

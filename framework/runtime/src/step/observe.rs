@@ -7,6 +7,8 @@
 //! end         the values right before the instant at which it ends: sampled parts have not been updated there yet
 //! inside      the dense output of the step; up to an event a step that ends at the place asked for
 //! ```
+//! Variables that are observed sparingly ([`Wanted::sparing`]) and the accounts of blocks cost no evaluation in fixed steps: their values are those at rows
+//! and events.
 //! Observing a run does not change it: the signals are restored before `observe_step` returns.
 use super::evaluate;
 use super::integrate::Purpose;
@@ -14,7 +16,27 @@ use super::{Simulation, State};
 use crate::block::{Evaluation, Now};
 use crate::condition::Times;
 use crate::plan::{Place, Plan};
+use linkwork_integrate::Method;
 use std::any::Any;
+
+/// The variables that an observer takes; the values that it gets are in this order.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// At the ends of every step, and inside.
+    pub places: Vec<Place>,
+    /// At rows and events; at other ends of steps, and inside, where steps are adaptive.
+    pub sparing: Vec<Place>,
+    /// Parts whose accounts ([`crate::Block::accounts`]) are taken, at rows, with the number of them.
+    pub accounts: Vec<(String, usize)>,
+}
+
+impl Wanted {
+    /// Returns the number of values.
+    pub fn width(&self) -> usize {
+        let accounts: usize = self.accounts.iter().map(|(_, n)| n).sum();
+        self.places.len() + self.sparing.len() + accounts
+    }
+}
 
 /// Takes values of chosen variables over time ([`Simulation::observe`]).
 pub trait Observer: Any + Send {
@@ -41,8 +63,13 @@ enum Lane {
 /// The observed variables in one phase.
 struct Columns {
     lanes: Vec<Lane>,
-    /// The continuous operations that they follow from.
+    /// The continuous operations upstream of the variables that are evaluated at every end, and of all variables.
     ops: Vec<u32>,
+    all_ops: Vec<u32>,
+    /// Blocks with accounts, the first value of each, and how many.
+    accounts: Vec<(u32, usize, usize)>,
+    /// How many are evaluated at every end.
+    often: usize,
 }
 
 /// The observer of a run, its columns in each phase, and the values that it is given.
@@ -67,6 +94,10 @@ pub struct Stretch<'a> {
     inner: &'a mut Vec<f64>,
     signals: &'a mut Vec<f64>,
     disturbed: &'a mut bool,
+    /// The values of variables that are observed sparingly are evaluated, too.
+    all: bool,
+    /// It ends at a row with the work of sampled parts.
+    sampled: bool,
     /// Length of the step that it belongs to, and of the stretch (s).
     step: f64,
     length: f64,
@@ -99,20 +130,37 @@ impl Lane {
 }
 
 impl Columns {
-    fn of(plan: &Plan, places: &[Option<Place>]) -> Columns {
+    fn of(plan: &Plan, wanted: &Wanted, channels: &[Option<Place>]) -> Columns {
+        let own = |place: &Place| match *place {
+            Place::Channel(k) => channels[k as usize],
+            place => Some(place),
+        };
+        let places: Vec<_> = wanted.places.iter().chain(&wanted.sparing).map(own).collect();
         let lane = |place: &Option<Place>| match *place {
             None | Some(Place::Channel(_)) => Lane::Absent,
             Some(Place::X(k)) => Lane::State(k),
             Some(Place::Signal(k)) if plan.flow.is_continuous(k) => Lane::Signal(k),
             Some(place) => Lane::Held(place),
         };
-        let lanes: Vec<Lane> = places.iter().map(lane).collect();
-        let signals = lanes.iter().filter_map(|lane| match lane {
-            Lane::Signal(k) => Some(*k),
-            _ => None,
-        });
-        let ops = plan.flow.upstream(signals);
-        Columns { lanes, ops }
+        let mut lanes: Vec<Lane> = places.iter().map(lane).collect();
+        let upstream = |lanes: &[Lane]| {
+            plan.flow.upstream(lanes.iter().filter_map(|lane| match lane {
+                Lane::Signal(k) => Some(*k),
+                _ => None,
+            }))
+        };
+        let ops = upstream(&lanes[..wanted.places.len()]);
+        let all_ops = upstream(&lanes);
+        let mut accounts = Vec::new();
+        for (part, n) in &wanted.accounts {
+            let block = plan.parts.iter().position(|p| p.path == *part);
+            let has = |k: &usize| plan.parts[*k].prototype.accounts().known.len() == *n;
+            if let Some(k) = block.filter(has) {
+                accounts.push((k as u32, lanes.len(), *n));
+            }
+            lanes.resize(lanes.len() + n, Lane::Absent);
+        }
+        Columns { lanes, ops, all_ops, accounts, often: wanted.places.len() }
     }
 
     fn read(&self, entered: &[f64], x: &[f64], d: &[f64], sig: &[f64], values: &mut [f64]) {
@@ -158,6 +206,22 @@ impl Stretch<'_> {
         self.plan.integration.control.is_some() || self.plan.derivs.is_empty()
     }
 
+    /// Returns whether its end and inner values include the variables that are observed sparingly.
+    pub fn has_all(&self) -> bool {
+        self.all
+    }
+
+    /// Returns whether it ends at a row at which sampled parts change their outputs.
+    pub fn ends_at_sample(&self) -> bool {
+        self.sampled
+    }
+
+    /// Returns whether forces at its begin are held over it: semi-implicit Euler and contact by impulses.
+    pub fn is_first_order(&self) -> bool {
+        let euler = matches!(self.plan.integration.method, Method::SemiImplicitEuler);
+        euler || !self.plan.steps.is_empty()
+    }
+
     /// Returns whether values inside it are known. They are not where a part has its own stepping method, from row to row.
     pub fn is_dense(&self) -> bool {
         self.plan.steps.is_empty() || keeps_start(self.plan)
@@ -182,7 +246,8 @@ impl Stretch<'_> {
 
     /// Evaluates the operations of the columns; returns false when one of them fails.
     fn evaluate(&mut self, t: f64, x: &[f64]) -> bool {
-        if self.columns.ops.is_empty() {
+        let ops = if self.all { &self.columns.all_ops } else { &self.columns.ops };
+        if ops.is_empty() {
             return true;
         }
         let sim = &mut *self.sim;
@@ -195,7 +260,6 @@ impl Stretch<'_> {
         let now = Now { t, dt, tick, evaluation: Evaluation::Stage, span: None, number };
         let State { d, sig, pins, .. } = &mut sim.state;
         let lanes = (x, &d[..], &mut sig[..]);
-        let ops = &self.columns.ops;
         evaluate::run_all(&mut sim.blocks, self.plan, ops, &now, lanes, pins.as_deref()).is_ok()
     }
 }
@@ -203,17 +267,11 @@ impl Stretch<'_> {
 impl Simulation {
     /// Passes the values of these variables over time to an observer, from the present instant on. A simulation has one
     /// observer; a second replaces the first. Forks have none.
-    pub fn observe(&mut self, places: &[Place], observer: Box<dyn Observer>) {
+    pub fn observe(&mut self, wanted: &Wanted, observer: Box<dyn Observer>) {
         let phases = self.program.phases.iter().zip(&self.program.channels);
-        let phases = phases.map(|(phase, channels)| {
-            let own = |place: &Place| match *place {
-                Place::Channel(k) => channels[k as usize],
-                place => Some(place),
-            };
-            Columns::of(&phase.plan, &places.iter().map(own).collect::<Vec<_>>())
-        });
+        let phases = phases.map(|(phase, channels)| Columns::of(&phase.plan, wanted, channels));
         let most = self.program.phases.iter().map(|p| p.plan.sizes.sig).max().unwrap_or(0);
-        let values = || vec![f64::NAN; places.len()];
+        let values = || vec![f64::NAN; wanted.width()];
         self.observed = Some(Box::new(Observed {
             phases: phases.collect(),
             observer,
@@ -241,10 +299,19 @@ impl Simulation {
     pub fn observe_now(&mut self) {
         let time = self.time();
         let t = Times { time, phase: time - self.state.began() };
+        let (tick, number) = (self.state.tick, self.work.number);
+        let dt = self.plan.step.seconds();
+        let now = Now { t: time, dt, tick, evaluation: Evaluation::Tick, span: None, number };
         if let Some(observed) = &mut self.observed {
             let State { x, d, sig, phase, entered, .. } = &self.state;
-            observed.phases[*phase as usize].read(entered, x, d, sig, &mut observed.start);
-            observed.observer.instant(t, &observed.start);
+            let Observed { phases, observer, start, .. } = &mut **observed;
+            let columns = &phases[*phase as usize];
+            columns.read(entered, x, d, sig, start);
+            for &(block, first, n) in &columns.accounts {
+                let out = &mut start[first..first + n];
+                self.blocks[block as usize].accounts(&now, x, sig, out);
+            }
+            observer.instant(t, start);
         }
     }
 
@@ -268,6 +335,11 @@ impl Simulation {
         if length > 0.0 {
             let purpose = if event.is_some() { Purpose::Again } else { Purpose::Look };
             let (known, step): (&[f64], f64) = (&[], h);
+            let all = event.is_some() || plan.integration.control.is_some();
+            let row = &plan.table[(self.state.row as usize + 1) % plan.table.len()];
+            let work = &plan.works[row.work as usize];
+            let held = |op: &u32| !plan.flow.continuous[*op as usize];
+            let sampled = last && (!work.updates.is_empty() || work.ops.iter().any(held));
             let mut over = Stretch {
                 sim: self,
                 plan,
@@ -277,14 +349,17 @@ impl Simulation {
                 inner,
                 signals,
                 disturbed,
+                all,
+                sampled,
                 step,
                 length,
                 purpose,
             };
             // Parts that advance by themselves are at the row already.
             let whole = event.is_none() && (last || plan.steps.is_empty());
+            let known = if all { start.len() } else { columns.often };
             if over.evaluate_end(whole) {
-                end.copy_from_slice(over.inner);
+                end[..known].copy_from_slice(&over.inner[..known]);
             } else {
                 end.copy_from_slice(start);
             }
@@ -311,7 +386,8 @@ impl Stretch<'_> {
         let done = self.evaluate(t, &x);
         if done {
             let State { d, sig, entered, .. } = &self.sim.state;
-            self.columns.read(entered, &x, d, sig, self.inner);
+            let known = if self.all { self.inner.len() } else { self.columns.often };
+            self.columns.read(entered, &x, d, sig, &mut self.inner[..known]);
         }
         self.sim.state.x = x;
         done

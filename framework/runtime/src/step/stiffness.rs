@@ -7,8 +7,8 @@
 //! ρ(A) = lim ‖Aⁿ‖^(1/n)   growth in a step, n = 2¹⁶ by squaring
 //! too long                ρ(A(h)) > 1.001 ρ(A(h/m))ᵐ, m steps so short that ‖h/m J‖ < 1/4: what the system does
 //! ```
-//! What is not yet there at the start, a contact that does not yet press, is not seen; sampled controllers are
-//! not, either. Adaptive methods find their step themselves. Cubic in the number of states; beyond
+//! What is not yet there at the start, a contact that does not yet press, is not seen; sampled controllers are held
+//! (`sampled.rs` examines them). Adaptive methods find their step themselves. Cubic in the number of states; beyond
 //! [`STATES_MAX`] nothing is asked.
 #![allow(non_snake_case)]
 use super::Simulation;
@@ -66,7 +66,7 @@ fn step_map(plan: &Plan, J: &DMatrix<f64>, h: f64) -> Option<DMatrix<f64>> {
 
 /// Spectral radius of a matrix, and of a high power of it, normed, the diagonal: the share of each state in what
 /// grows most, which no choice of units changes.
-fn growth(mut A: DMatrix<f64>) -> Option<(f64, Vec<f64>)> {
+pub(super) fn growth(mut A: DMatrix<f64>) -> Option<(f64, Vec<f64>)> {
     let (mut log, mut power) = (0.0, 1.0);
     for _ in 0..16 {
         let norm = A.norm();
@@ -156,7 +156,7 @@ impl Simulation {
 }
 
 /// Two digits, rounded down.
-fn round_down(x: f64) -> f64 {
+pub(super) fn round_down(x: f64) -> f64 {
     let digit = 10f64.powf(x.log10().floor() - 1.0);
     (x / digit).floor() * digit
 }

@@ -1,0 +1,48 @@
+//! `power.heat_source`: gives a commanded heat to a thermal node, such as radioisotope heater units, or the friction of a part without an outlet.
+use linkwork_runtime::prelude::*;
+
+/// Command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct HeatSourceIn {
+    /// Heat to give; negative takes heat away.
+    #[port("W")]
+    pub power: f64,
+}
+
+/// Heat.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct HeatSourceOut {
+    /// The thermal node that takes the heat.
+    #[port(connector)]
+    pub node: HeatFlow,
+}
+
+/// A source of heat.
+pub struct HeatSource;
+
+/// Heat source: gives a commanded heat to a thermal node.
+#[model("power.heat_source")]
+impl Model for HeatSource {
+    type Ud = HeatSourceIn;
+    type Yd = HeatSourceOut;
+    fn build(_: ()) -> Result<Self, BuildError> {
+        Ok(HeatSource)
+    }
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &HeatSourceIn) -> HeatSourceOut {
+        HeatSourceOut { node: HeatFlow { heat: u.power } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_gives_what_is_commanded() {
+        for power in [12.5, -3.0] {
+            let u = HeatSourceIn { power };
+            let y = HeatSource.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &());
+            assert_eq!(y.node.heat, power);
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! The report of the balances of a run.
+use super::Balance;
+use linkwork_runtime::balance::{Kind, Quantity};
+use linkwork_runtime::{Account, Fault};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Share of what a part exchanges that may be left before its balance counts as not closed.
+pub(crate) const TOLERANCE: f64 = 0.02;
+
+/// Residual, as a share of the greatest amount that any part has carried, that is not reported.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// The balance of a part, amounts positive into it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Part {
+    /// Amounts by term.
+    pub terms: BTreeMap<String, f64>,
+    /// The residual; absent for a part that exchanges with the outside of the simulation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<f64>,
+    /// The greatest amount that one of its terms has carried in both directions.
+    pub carried: f64,
+    /// Bound of the error of the quadrature by jumps of sampled outputs, in fixed steps.
+    pub uncertainty: f64,
+}
+
+impl Part {
+    /// Whether it has to close and does not.
+    pub fn is_open(&self) -> bool {
+        let most = TOLERANCE * self.carried + self.uncertainty;
+        self.residual.is_some_and(|r| !(r.abs() <= most))
+    }
+}
+
+/// The balance of a quantity, amounts positive into the simulation or into its part.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Report {
+    /// Unit of all amounts.
+    pub unit: &'static str,
+    /// Sums over the parts, by kind of term.
+    pub totals: BTreeMap<&'static str, f64>,
+    /// The parts.
+    pub parts: BTreeMap<String, Part>,
+    /// Sum of the residuals of the parts that have to close.
+    pub residual: f64,
+    /// The greatest amount that a part has carried.
+    pub carried: f64,
+    /// Exchanges that are not counted, such as contact by impulses; the part that has them has no residual.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_counted: Vec<String>,
+}
+
+/// The balances of a run by quantity; those without a term are left out.
+pub type Balances = BTreeMap<&'static str, Report>;
+
+/// Name of a kind of term in the totals.
+fn total(kind: Kind, amount: f64) -> &'static str {
+    match kind {
+        Kind::Electrical if amount < 0.0 => "given to electrical nodes",
+        Kind::Electrical => "taken from electrical nodes",
+        Kind::Heat if amount < 0.0 => "given to heat nodes",
+        Kind::Heat => "taken from heat nodes",
+        Kind::Propellant if amount < 0.0 => "given to propellant lines",
+        Kind::Propellant => "taken from propellant lines",
+        Kind::Work => "work of parts on the mechanism",
+        Kind::Stored => "stored in parts",
+        Kind::Gained => "gained by parts",
+        Kind::Lost => "lost by parts",
+    }
+}
+
+impl Balance {
+    /// The balances from the start to the last instant.
+    pub fn report(&self) -> Balances {
+        Quantity::ALL.into_iter().filter_map(|q| Some((q.name(), self.of(q)?))).collect()
+    }
+
+    fn of(&self, quantity: Quantity) -> Option<Report> {
+        let mut report = Report { unit: quantity.unit(), ..Report::default() };
+        let sums = &self.sums;
+        let mut parts: Vec<Part> = vec![Part::default(); self.parts.len()];
+        let mut any = vec![false; self.parts.len()];
+        let mut put = |k: usize, name: String, amount: f64, carried: f64, uncertain: f64| {
+            // Two terms of a part may have one name: a connector and a binding.
+            *parts[k].terms.entry(name).or_default() += amount;
+            parts[k].carried = parts[k].carried.max(carried);
+            parts[k].uncertainty += uncertain;
+            any[k] = true;
+        };
+        let (mut work, mut uncertain_work) = (0.0, 0.0);
+        for (k, flow) in self.flows.iter().enumerate().filter(|(_, f)| f.quantity == quantity) {
+            let (amount, carried) = (sums.sum[k], sums.through[k]);
+            let shown = if flow.kind == Kind::Work { -amount } else { amount };
+            *report.totals.entry(total(flow.kind, amount)).or_default() += shown;
+            if flow.kind == Kind::Work {
+                work -= sums.held[k];
+                uncertain_work += sums.uncertainty[k];
+            }
+            put(flow.part, flow.name.clone(), amount, carried, sums.uncertainty[k]);
+        }
+        for (k, stock) in self.stocks.iter().enumerate().filter(|(_, s)| s.quantity == quantity) {
+            let change = sums.last[k] - sums.first[k];
+            if change.is_finite() {
+                *report.totals.entry("stored in parts").or_default() += change;
+                put(stock.part, format!("stored {}", stock.name), -change, change.abs(), 0.0);
+            }
+        }
+        let (flows, stocks) = (self.flows.len(), self.stocks.len());
+        for (k, own) in self.own.iter().enumerate().filter(|(_, o)| o.quantity == quantity) {
+            let (amount, carried) = match own.account {
+                Account::Stored => {
+                    let change = sums.last[stocks + k] - sums.first[stocks + k];
+                    (if change.is_finite() { -change } else { 0.0 }, change.abs())
+                }
+                Account::Gained => (sums.sum[flows + k], sums.through[flows + k]),
+                Account::Lost => (-sums.sum[flows + k], sums.through[flows + k]),
+            };
+            let shown = if own.account == Account::Stored { -amount } else { amount };
+            if shown != 0.0 {
+                *report.totals.entry(own.name).or_default() += shown;
+            }
+            let rate = own.account != Account::Stored;
+            let uncertain = if rate { sums.uncertainty[flows + k] } else { 0.0 };
+            put(own.part, own.name.to_string(), amount, carried, uncertain);
+        }
+        for (k, part) in self.parts.iter().enumerate() {
+            if part.own.receives_work && quantity == Quantity::Energy {
+                put(k, "work of parts".into(), work, work.abs(), uncertain_work);
+            }
+        }
+        for ((terms, mut part), any) in self.parts.iter().zip(parts).zip(any) {
+            if !any {
+                continue;
+            }
+            let left: f64 = part.terms.values().sum();
+            let own = quantity == Quantity::Energy && !terms.own.known.is_empty();
+            let unknown: Vec<String> = match own {
+                true => self.silent().chain(terms.own.unknown.iter().cloned()).collect(),
+                false => terms.silent.clone(),
+            };
+            if own && !unknown.is_empty() {
+                part.terms.insert(format!("not counted: {}", unknown.join(", ")), -left);
+                *report.totals.entry("not counted").or_default() -= left;
+                report.not_counted.extend(unknown);
+            } else if own || terms.has_to_close(quantity) {
+                part.residual = Some(left);
+                report.residual += left;
+            }
+            report.carried = report.carried.max(part.carried);
+            report.parts.insert(terms.part.clone(), part);
+        }
+        (!report.parts.is_empty()).then_some(report)
+    }
+
+    /// Torques and wrenches whose work no part reports.
+    fn silent(&self) -> impl Iterator<Item = String> + '_ {
+        self.parts.iter().flat_map(|p| p.silent.iter().map(|name| format!("`{}.{name}`", p.part)))
+    }
+
+    /// A warning for each part whose balance is not closed.
+    pub fn warnings(&self) -> Vec<Fault> {
+        let mut all = Vec::new();
+        for (name, report) in self.report() {
+            // A part that hardly takes part: rounding and starts from rest.
+            let least = NEGLIGIBLE * report.carried;
+            let open =
+                |part: &Part| part.is_open() && part.residual.is_some_and(|r| r.abs() > least);
+            for (path, part) in report.parts.iter().filter(|(_, part)| open(part)) {
+                let unit = report.unit;
+                let terms: Vec<String> =
+                    part.terms.iter().map(|(name, y)| format!("{name} {y:.4e} {unit}")).collect();
+                let fact = format!(
+                    "the balance of {name} of `{path}` is not closed: {:.3e} {unit} are left of {:.3e} {unit} ({})",
+                    part.residual.unwrap_or(f64::NAN),
+                    part.carried,
+                    terms.join(", ")
+                );
+                let help = "take a shorter `step` or smaller tolerances in `accuracy`; if it stays, the model loses or makes it. `balance: false` switches balances off";
+                let origin = self.parts.iter().find(|p| p.part == *path).map(|p| p.origin);
+                let origin = origin.unwrap_or(linkwork_runtime::Origin::NONE);
+                all.push(Fault::new(origin, fact).help(help));
+            }
+        }
+        all
+    }
+}

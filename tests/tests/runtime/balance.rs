@@ -1,0 +1,241 @@
+//! Balances of energy, mass and charge: against closed forms, and of every simulation that ships with the project.
+use crate::common;
+use linkwork_runner::{Balance, Balances, Figures, Report, Shared};
+use linkwork_runtime::{Seconds, Simulation};
+use std::sync::Arc;
+
+/// The balances of a program after a time, with the rows taken.
+fn run(
+    program: linkwork_runtime::Program,
+    until: Seconds,
+    rows_max: u64,
+) -> (Balances, Vec<String>) {
+    let balance = Balance::new(&program);
+    let mut sim = Simulation::of(Arc::new(program));
+    let mut figures = Figures::default();
+    figures.balance = balance;
+    figures.observe(&mut sim);
+    sim.observe_now();
+    for _ in 0..rows_max {
+        if !sim.before(until) {
+            break;
+        }
+        sim.step().unwrap();
+        sim.observe_now();
+    }
+    let balance = Figures::of(&sim).and_then(|figures| figures.balance.as_ref());
+    let warnings = balance.map(Balance::warnings).unwrap_or_default();
+    let told = warnings.iter().map(|w| w.message.clone()).collect();
+    (balance.map(Balance::report).unwrap_or_default(), told)
+}
+
+fn of(text: &str) -> Balances {
+    let (program, settings) = common::program_of(text).unwrap_or_else(|e| panic!("{e}"));
+    let (balances, told) = run(program, settings.until.unwrap(), u64::MAX);
+    assert!(told.is_empty(), "{told:#?}");
+    balances
+}
+
+fn term(report: &Report, part: &str, name: &str) -> f64 {
+    let part = report.parts.get(part).unwrap_or_else(|| panic!("{part}: {report:#?}"));
+    *part.terms.get(name).unwrap_or_else(|| panic!("{name}: {part:#?}"))
+}
+
+#[track_caller]
+fn near(y: f64, want: f64, within: f64) {
+    assert!((y - want).abs() <= within, "{y} for {want}");
+}
+
+/// Methods and rows: the amounts are those of the closed form, whatever integrates.
+const METHODS: [(&str, &str); 4] = [
+    ("semi_implicit_euler", "1 ms"),
+    ("rk4", "10 ms"),
+    ("dormand_prince_54", "1 s"),
+    ("dormand_prince_54", "100 s"),
+];
+
+#[test]
+fn a_load_on_a_battery_takes_its_power_and_its_charge() {
+    for (method, step) in METHODS {
+        let all = of(&format!(
+            r#"Simulation(
+                parts: {{
+                    "Battery": (model: "power.battery", params: {{ "capacity_ah": 10, "charge": 0.8 }}),
+                    "Level": (model: "basics.step", params: {{ "time": 20, "before": 0, "after": 1 }}),
+                    "One": (model: "basics.constant", params: {{ "value": 1 }}),
+                    "Zero": (model: "basics.constant", params: {{ "value": 0 }}),
+                    "On": (model: "basics.comparator"),
+                    "Load": (model: "power.load", params: {{ "power_on": 60, "heat_share": 0.75 }}),
+                    "Charger": (model: "power.source"),
+                    "Fed": (model: "basics.constant", params: {{ "value": 10 }}),
+                }},
+                connect: [("Load.supply", "Battery.terminal"), ("Charger.output", "Battery.charger")],
+                wires: ["One.y -> On.a", "Zero.y -> On.b", "On.y -> Load.on", "Level.y -> Load.level", "Fed.y -> Charger.power"],
+                step: "{step}", integrator: "{method}", until: "100 s",
+            )"#
+        ));
+        let energy = &all["energy"];
+        // 60 W from 20 s on. A load of fixed steps jumps inside of one.
+        near(term(energy, "Load", "supply"), 4800.0, 0.7);
+        near(term(energy, "Load", "case"), -3600.0, 0.5);
+        near(term(energy, "Charger", "output"), -1000.0, 1e-6);
+        let battery = &energy.parts["Battery"];
+        assert!(battery.residual.unwrap().abs() < 1.0, "{method} {step}: {battery:#?}");
+        // Charge: what the loads take less what is fed in, but for the losses of charging.
+        let charge = &all["charge"];
+        let battery = &charge.parts["Battery"];
+        assert!(battery.residual.unwrap().abs() < 0.1, "{method} {step}: {battery:#?}");
+        near(term(charge, "Battery", "stored held"), 4800.0 / 31.0 - 1000.0 / 31.1, 3.0);
+    }
+}
+
+#[test]
+fn propellant_that_leaves_is_missing_in_the_tank() {
+    for (method, step) in METHODS {
+        let all = of(&format!(
+            r#"Simulation(
+                bodies: {{ "b": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10]) }},
+                gravity: "none",
+                parts: {{
+                    "Tank": (model: "flight.propellant_tank", params: {{ "propellant": 50, "radius": 0.5 }}, bind: {{ "bottom": "node:b" }}),
+                    "Open": (model: "basics.step", params: {{ "time": 3.5, "before": 0, "after": 0.25 }}),
+                    "Leak": (model: "flight.drain"),
+                }},
+                connect: [("Leak.tank", "Tank.outlet")],
+                wires: ["Open.y -> Leak.flow"],
+                step: "{step}", integrator: "{method}", until: "100 s",
+            )"#
+        ));
+        let mass = &all["mass"];
+        near(term(mass, "Leak", "tank"), 0.25 * 96.5, 0.002);
+        near(term(mass, "Tank", "stored mass"), 0.25 * 96.5, 0.002);
+        near(mass.residual, 0.0, 0.002);
+    }
+}
+
+#[test]
+fn a_motor_turns_electricity_into_work_and_heat() {
+    for (method, step) in
+        [("semi_implicit_euler", "0.1 ms"), ("rk4", "1 ms"), ("verner_87", "10 ms")]
+    {
+        let all = of(&format!(
+            r#"Simulation(
+                bodies: {{ "wheel": (parent: "world", hinge: Pin([0, 0, 1]), damping: 0.02, mass: 2, inertia: [0.1, 0.1, 0.2]) }},
+                gravity: "none",
+                parts: {{
+                    "Supply": (model: "power.ideal_supply", params: {{ "voltage": 24 }}),
+                    "Volts": (model: "basics.constant", params: {{ "value": 20 }}),
+                    "Motor": (
+                        model: "actuators.dc_motor", bind: {{ "shaft": "hinge:wheel" }},
+                        params: {{ "resistance": 2, "torque_constant": 0.05, "gear": 20, "efficiency": 0.8, "coulomb": 0.3, "inductance": 0.01 }},
+                    ),
+                }},
+                connect: [("Motor.supply", "Supply.terminal")],
+                wires: ["Volts.y -> Motor.volts"],
+                step: "{step}", integrator: "{method}", until: "4 s",
+            )"#
+        ));
+        let energy = &all["energy"];
+        let taken = term(energy, "Motor", "supply");
+        near(term(energy, "Supply", "terminal"), -taken, 1e-9);
+        let motor = &energy.parts["Motor"];
+        assert!(motor.residual.unwrap().abs() < 2e-3 * taken, "{method}: {motor:#?}");
+        // The wheel: ½ J ω² and what its damping has taken.
+        let wheel = &energy.parts["Mechanism"];
+        let work = term(energy, "Mechanism", "work of parts");
+        assert!(work > 10.0 && wheel.residual.unwrap().abs() < 2e-3 * work, "{method}: {wheel:#?}");
+        near(term(energy, "Motor", "shaft"), -work, 1e-3 * work);
+        assert!(term(energy, "Mechanism", "friction and stops of hinges") < -1.0);
+    }
+}
+
+#[test]
+fn a_pendulum_loses_what_its_hinge_takes() {
+    for (method, step) in [("rk4", "1 ms"), ("dormand_prince_54", "100 ms")] {
+        let all = of(&format!(
+            r#"Simulation(
+                bodies: {{ "arm": (parent: "world", hinge: Pin([0, 1, 0]), damping: 0.5, mass: 2, com: [0, 0, -1], inertia: [0.1, 0.1, 0.1], initial: (angle: 1.5)) }},
+                parts: {{ "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}) }},
+                step: "{step}", integrator: "{method}", until: "60 s",
+            )"#
+        ));
+        let energy = &all["energy"];
+        // m g (1 − cos 1.5) at the start, nothing at the end.
+        let height = 2.0 * 9.81 * (1.0 - f64::cos(1.5));
+        near(term(energy, "Mechanism", "potential energy"), height, 1e-4);
+        near(term(energy, "Mechanism", "friction and stops of hinges"), -height, 1e-3);
+        // Measured: 5e-11 J with rk4.
+        near(energy.residual, 0.0, 1e-3);
+    }
+}
+
+#[test]
+fn a_craft_in_the_field_of_a_planet_gains_what_gravity_does() {
+    let all = of(r#"Simulation(
+        bodies: { "craft": (parent: "world", hinge: Free, mass: 500, inertia: [100, 80, 60], initial: (position: [7e6, 0, 0], velocity: [0, 5000, 1000])) },
+        world: (body: "earth"),
+        parts: { "Gravity": (model: "environment.point_mass_gravity") },
+        step: "1 s", integrator: "rk4", until: "600 s",
+    )"#);
+    let energy = &all["energy"];
+    let gained = term(energy, "Mechanism", "gravity by place and smooth contact");
+    assert!(gained > 1e8, "{gained}");
+    near(energy.residual, 0.0, 1e-5 * gained);
+}
+
+#[test]
+fn what_is_not_counted_is_named() {
+    let all = of(r#"Simulation(
+        bodies: { "ball": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), initial: (position: [0, 0, 1])) },
+        colliders: { "ball": (on: "ball", shape: Sphere(0.1)), "floor": (on: "world", shape: HalfSpace) },
+        contact: (restitution: 0.5),
+        parts: { "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] }) },
+        step: "1 ms", until: "3 s",
+    )"#);
+    let energy = &all["energy"];
+    assert_eq!(energy.not_counted, ["contact by impulses"], "{energy:#?}");
+    let lost = energy.totals["not counted"];
+    assert!(lost < -7.0 && energy.parts["Mechanism"].residual.is_none(), "{energy:#?}");
+}
+
+#[test]
+fn a_part_that_makes_energy_is_reported() {
+    // A step of 20 ms on a motor with a lag of 7 ms: the steps are stable, and far from accurate.
+    let text = r#"Simulation(
+        bodies: { "wheel": (parent: "world", hinge: Pin([0, 0, 1]), mass: 2, inertia: [0.1, 0.1, 0.01]) },
+        gravity: "none",
+        parts: {
+            "Supply": (model: "power.ideal_supply", params: { "voltage": 24 }),
+            "Volts": (model: "basics.sine", params: { "amplitude": 20, "frequency": 20 }),
+            "Motor": (model: "actuators.dc_motor", bind: { "shaft": "hinge:wheel" }, params: { "resistance": 1, "torque_constant": 0.05, "gear": 20 }),
+        },
+        connect: [("Motor.supply", "Supply.terminal")],
+        wires: ["Volts.y -> Motor.volts"],
+        step: "15 ms", integrator: "rk4", until: "3 s",
+    )"#;
+    let (program, settings) = common::program_of(text).unwrap();
+    let (balances, told) = run(program, settings.until.unwrap(), u64::MAX);
+    assert!(told.iter().any(|w| w.contains("is not closed")), "{told:?} {balances:#?}");
+}
+
+/// The balances of the first rows of every simulation that ships: each part closes to 2 % of what it has carried.
+#[test]
+fn the_balances_of_every_simulation_close() {
+    let (library, shared, mut open) = (super::splits::library(), Shared::default(), Vec::new());
+    for file in super::splits::simulations() {
+        let name = file.display().to_string();
+        let rovers = ["rover_traverse/sim.ron", "mars_edl/sim.ron"];
+        let coarse = rovers.iter().any(|f| file.ends_with(f));
+        let set = if coarse { vec!["Rover.Environment.spacing=0.5".to_string()] } else { vec![] };
+        let ready = library.file_of_many(&file, &set, None, &shared).map_err(|f| f.render(false));
+        let ready = ready.unwrap();
+        let until = ready.loaded.simulation.until.unwrap_or(Seconds { num: 100, den: 1 });
+        let rows = if name.contains("rover") { 400 } else { 1500 };
+        let (balances, told) = run(ready.program, until, rows);
+        for (quantity, report) in &balances {
+            println!("{name}: {quantity} {:.4e} of {:.4e} left", report.residual, report.carried);
+        }
+        open.extend(told.into_iter().map(|w| format!("{name}: {w}")));
+    }
+    assert!(open.is_empty(), "\n{}", open.join("\n"));
+}
