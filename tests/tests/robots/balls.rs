@@ -22,31 +22,28 @@ fn angles(sim: &Simulation) -> [f64; 3] {
     [whole, tilt, twist.abs()]
 }
 
-/// A stick that stands on a ball hinge and falls over: it stays within its limit, whichever it is, with contact and without.
+/// A stick that stands on a ball hinge falls over, or turns about itself: with contact it stays within its limit, whichever it is.
 #[test]
 fn a_ball_hinge_keeps_its_limits() {
     let limit = 40.0_f64.to_radians();
-    for (limits, which) in [
-        (r#"lower: 0, upper: "40 deg""#, 0),
-        (r#"cone: "40 deg""#, 1),
-        (r#"cone: "100 deg", twist: "40 deg""#, 2),
+    let tilted = r#"rotation: (rpy: ["10 deg", 0, 0])"#;
+    for (limits, initial, which) in [
+        (r#"lower: 0, upper: "40 deg""#, tilted, 0),
+        (r#"cone: "40 deg""#, tilted, 1),
+        (r#"cone: "100 deg", twist: "40 deg""#, "angular: [0, 0, 4]", 2),
     ] {
-        for (contact, past) in [("contact: (), ", 3e-3), ("", 0.02)] {
-            let mut sim = sim(&format!(
-                r#"Simulation(bodies: {{
-                    "b": (parent: "world", hinge: Ball(limits: ({limits})), mass: 1, com: [0.02, 0, 0.3], inertia: Sphere(0.05),
-                        initial: (rotation: (rpy: ["10 deg", 0, 0]), angular: [0.3, 0.5, 4])) }},
-                    parts: {{ {GRAVITY} }}, {contact}step: "1 ms", until: "3 s")"#
-            ));
-            let mut most: f64 = 0.0;
-            for k in 1..=300 {
-                until(&mut sim, f64::from(k) * 0.01);
-                let angles = angles(&sim);
-                most = most.max(angles[which]);
-            }
-            assert!(most < limit + past, "{limits} {contact}: {most} {limit}");
-            assert!(most > limit - 1e-2, "{limits} {contact}: it never came there: {most}");
+        let mut sim = sim(&format!(
+            r#"Simulation(bodies: {{
+                "b": (parent: "world", hinge: Ball(limits: ({limits})), mass: 1, com: [0, 0, 0.3], inertia: Sphere(0.05), initial: ({initial})) }},
+                parts: {{ {GRAVITY} }}, contact: (), step: "1 ms", until: "3 s")"#
+        ));
+        let mut most: f64 = 0.0;
+        for k in 1..=300 {
+            until(&mut sim, f64::from(k) * 0.01);
+            most = most.max(angles(&sim)[which]);
         }
+        // It may pass by the slop of 1e-4 rad.
+        assert!((most - limit).abs() < 1e-3, "{limits}: {most} {limit}");
     }
 }
 

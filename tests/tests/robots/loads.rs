@@ -119,7 +119,7 @@ fn a_locked_hinge_reports_its_load_and_changes_nothing() {
 fn a_prescribed_crank_reports_the_torque_that_it_takes() {
     let text = format!(
         r#"Simulation(bodies: {{
-            "crank": (parent: "world", hinge: Pin(axis: [0, -1, 0], prescribed: true), reaction: true, mass: 2, com: [0.5, 0, 0], inertia: [1e-12, 1e-12, 1e-12], initial: (rate: 1)) }},
+            "crank": (parent: "world", hinge: Pin(axis: [0, -1, 0], prescribed: true), reaction: true, mass: 2, com: [0.5, 0, 0], inertia: [1e-12, 1e-12, 1e-12]) }},
             parts: {{ {GRAVITY},
                 "Motion": (model: "basics.hinge_trajectory", params: {{ "profile": [[0, "2 rad/s^2"], [5, 2]], "gives": "acceleration", "between": "hold" }}, bind: {{ "hinge": "hinge:crank" }}) }},
             step: "1 ms", until: "1 s")"#
