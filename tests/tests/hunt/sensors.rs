@@ -132,8 +132,8 @@ const CASES: &[Case] = &[
     },
     Case {
         report: "gazebo-classic #940, sdformat #130, drcsim #155, force_torque_tools PR 18: sign, frame and point of the wrench of a load",
-        text: r#"bodies: { "arm": (parent: "world", at: (rotation: (rpy: ["90 deg", 0, 0]))) },
-        parts: { EARTH, "F": (model: "sensors.force_torque", rate: "100 Hz", params: { "mass": 2, "com": [0.1, 0, 0] }, bind: { "mount": "node:arm" }) },
+        text: r#"bodies: { "arm": (parent: "world", at: (rotation: (rpy: ["90 deg", 0, 0])), reaction: true, mass: 2, com: [0.1, 0, 0], inertia: [0.01, 0.01, 0.01]) },
+        parts: { EARTH, "F": (model: "sensors.force_torque", rate: "100 Hz", bind: { "tool": "node:arm" }) },
         step: "10 ms", until: "0.1 s",
         // The mount pushes up, along y of its axes; the moment is x cross force.
         figures: { "y": (of: "F.force.y"), "z": (of: "F.force.z"), "moment": (of: "F.torque.z") }"#,
