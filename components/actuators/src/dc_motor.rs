@@ -91,7 +91,7 @@ pub struct DcMotorOut {
     /// Electrical power taken from the supply; negative: fed back.
     #[port("W")]
     pub power: f64,
-    /// Outlet of the heat of the winding, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
+    /// Outlet of the heat of the winding and of a shorted bridge, for the port of a thermal node. If it is not connected, the heat goes to the surroundings.
     #[port(connector)]
     pub case: HeatFlow,
     /// Power that friction of the shaft and losses of the gear take.
@@ -183,16 +183,15 @@ impl Model for DcMotor {
         let torque = self.drive(current) - p.viscous * rate + dry;
         let bent = p.hold_stiffness * x.deflection;
         let bending = bent * friction.deflection_rate(x.deflection, rate);
-        let power = match u.supply.voltage > 0.0 {
-            true => self.winding(u, current) * current,
-            false => 0.0,
-        };
+        let winding = self.winding(u, current) * current;
+        // A shorted bridge takes no power: at the limit of the current it turns the rest of the generated power into heat.
+        let power = if u.supply.voltage > 0.0 { winding } else { 0.0 };
         DcMotorOut {
             torque: HingeTorque(torque),
             shaft_torque: torque,
             current,
             power,
-            case: HeatFlow { heat: p.resistance * current * current },
+            case: HeatFlow { heat: p.resistance * current * current + (power - winding) },
             friction: p.viscous * rate * rate - dry * rate - bending,
             energy: 0.5 * (p.inductance * current * current + bent * x.deflection),
             supply: u.supply.current_of(power),

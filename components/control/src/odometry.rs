@@ -2,8 +2,8 @@
 //! ```text
 //! ṗ = R_z(ψ) R_y(θ) R_x(φ) (v_x, v_y, 0),  ψ̇ = ω cos φ/cos θ          midpoint heading over a sample; φ: `roll`, θ: `pitch`
 //! ```
-//! Roll and pitch are those of the deck, as `sensors.pose` and `sensors.inclinometer` have them. Without them the ground counts as level, and a slope of
-//! 15° makes x and y 3.5 % too long. With a gyro ω is its rate less that of the planet about the vertical, where W is a site that turns.
+//! Roll and pitch of the deck are defined as in `sensors.pose` and `sensors.inclinometer`. Without them the ground counts as level, and a slope of
+//! 15° makes x and y 3.5 % too long. With a gyro ω is its rate less the rate of the planet about the vertical, where W is a site that turns.
 
 use crate::geometry::{Layout, WheelPlace};
 use linkwork_runtime::prelude::*;

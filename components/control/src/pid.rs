@@ -33,7 +33,7 @@ pub struct PidState {
     #[port("V")]
     pub integral: f64,
     /// Last measurement.
-    #[port("1")]
+    #[port("*")]
     pub last: f64,
     /// Output.
     #[port("V")]

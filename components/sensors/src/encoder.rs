@@ -43,9 +43,9 @@ pub struct EncoderOut {
 /// Last count.
 #[derive(State, Clone, Copy, Debug)]
 pub struct EncoderState {
-    /// Last count.
-    #[port("1")]
-    pub count: f64,
+    /// Angle of the last count.
+    #[port("rad")]
+    pub angle: f64,
     /// A count has been taken.
     #[port("1")]
     pub started: bool,
@@ -73,14 +73,15 @@ impl Model for Encoder {
         let count = self.count(u.shaft.angle);
         let tick = TAU / (self.p.ticks * self.p.gear);
         let before = match d.started {
-            true => d.count,
-            false => self.count(u.shaft.angle - u.shaft.rate * c.dt),
+            true => d.angle,
+            false => self.count(u.shaft.angle - u.shaft.rate * c.dt) * tick,
         };
-        let moved = if c.dt > 0.0 { (count - before) / c.dt } else { 0.0 };
-        EncoderOut { count, angle: count * tick, rate: moved * tick }
+        let rate = if c.dt > 0.0 { (count * tick - before) / c.dt } else { 0.0 };
+        EncoderOut { count, angle: count * tick, rate }
     }
     fn update(&self, _: &Clock, _: &(), _: &EncoderState, _: &(), u: &EncoderIn) -> EncoderState {
-        EncoderState { count: self.count(u.shaft.angle), started: true }
+        let angle = self.count(u.shaft.angle) * (TAU / (self.p.ticks * self.p.gear));
+        EncoderState { angle, started: true }
     }
 }
 

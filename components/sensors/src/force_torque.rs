@@ -3,7 +3,7 @@
 //! reading = clamp((f, n) + offset + noise, ±range)      f, n: force and moment on the body through its hinge, about the origin and in the
 //!                                                       axes of the hinge's frame on the body
 //! ```
-//! Bind `tool` to the body that the sensor carries. Its hinge may be of any kind; a locked one needs `reaction: true`, so that the tool stays a body of its own.
+//! Bind `tool` to the body that the sensor carries. Its hinge may be of any kind; a locked one needs `reaction: true`, so that the tool stays a separate body.
 //! All that acts outboard of the hinge is in the reading: weight, inertia, contacts, loops, other parts.
 
 use linkwork_runtime::prelude::*;

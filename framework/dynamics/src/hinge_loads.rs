@@ -32,7 +32,7 @@ impl HingeLoads {
         Self { f_ext: none.clone(), acc: none.clone(), force: none, tau: vec![0.0; tree.nv()] }
     }
 
-    /// Keeps the external forces and accelerations of a workspace: those of the state and solution whose loads are asked for.
+    /// Keeps the external forces and accelerations of a workspace at the state whose loads are computed.
     pub fn begin(&mut self, ws: &Workspace) {
         self.f_ext.copy_from_slice(&ws.work.f_ext);
         self.acc.copy_from_slice(&ws.work.acc);

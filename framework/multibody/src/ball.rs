@@ -11,7 +11,7 @@
 use linkwork_spatial::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// How far a ball hinge may turn; ∞ where there is no limit. rad.
+/// Limits of a ball hinge, rad; ∞: not limited.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BallLimits {
@@ -43,7 +43,7 @@ impl BallLimits {
     }
 
     /// What is left to each limit at the quaternion `q` (x, y, z, w), rad, and the direction d with which it grows: d · ω of the
-    /// rates in the axes of the body's side. `None` where there is no limit, or no direction.
+    /// rates in the axes of the body's side. `None` without a limit or a direction.
     #[must_use]
     pub fn left(&self, q: &[f64]) -> [Option<(f64, Vec3)>; 3] {
         let sign = if q[3] < 0.0 { -1.0 } else { 1.0 };

@@ -103,7 +103,7 @@ fn laws(pairs: Laws) -> PyResult<Vec<PairLaw>> {
         let known = ["friction", "restitution", "rolling_friction", "spinning_friction"];
         if let Some(wrong) = numbers.keys().find(|k| !known.contains(&k.as_str())) {
             let fact = format!("`pairs`: ({a:?}, {b:?}) has no `{wrong}`");
-            return Err(refuse_with(fact, &format!("give some of {}", known.join(", "))));
+            return Err(refuse_with(fact, format!("give some of {}", known.join(", "))));
         }
         let [friction, restitution, rolling, spinning] = known.map(|k| numbers.get(k).copied());
         Ok(PairLaw { materials: [a, b], friction, restitution, rolling, spinning })

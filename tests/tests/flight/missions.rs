@@ -450,14 +450,14 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
         ("cruise", -599.5, 1850.0, 5125.0),
         ("approach", -598.6, 1847.0, 5126.0),
         ("entry", 0.0, 130.5, 5846.0),
-        ("straight", 204.6, 11.04, 482.7),
-        ("parachute", 219.4, 9.32, 407.3),
-        ("heat_shield_off", 233.6, 7.89, 162.6),
-        ("backshell_off", 313.3, 1.7, 74.1),
-        ("powered", 314.3, 1.62, 77.9),
-        ("sky_crane", 360.4, 0.0197, 0.76),
-        ("fly_away", 376.3, 0.0084, 0.53),
-        ("driving", 380.1, 0.06, 30.9),
+        ("straight", 204.75, 10.84, 479.3),
+        ("parachute", 219.65, 9.09, 403.8),
+        ("heat_shield_off", 234.0, 7.65, 159.2),
+        ("backshell_off", 311.05, 1.7, 74.1),
+        ("powered", 312.1, 1.62, 77.9),
+        ("sky_crane", 358.15, 0.0197, 0.76),
+        ("fly_away", 373.65, 0.0089, 0.53),
+        ("driving", 377.4, 0.06, 30.8),
     ];
     assert_eq!(told.len(), want.len(), "{told:?}");
     for ((phase, t, height, speed), w) in told.iter().zip(want) {

@@ -84,8 +84,8 @@ const CASES: &[Case] = &[
     Case {
         report: "basilisk PR 945: a wheel without a limit on a light spacecraft; momentum of body and wheel",
         text: r#"bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [0.01, 0.01, 0.01], nodes: { "w": () }) },
-        parts: { "W": (model: "flight.reaction_wheel", params: { "inertia": 0.0016 }, bind: { "wheel": "node:a/w" }), "T": (model: "basics.step", params: { "time": 10, "before": 0.1, "after": 0 }) },
-        wires: ["T.y -> W.torque"], gravity: "none", step: "0.1 s", until: "20 s",
+        parts: { "W": (model: "flight.reaction_wheel", params: { "inertia": 0.0016 }, bind: { "wheel": "node:a/w" }), "S": (model: "power.ideal_supply", params: { "voltage": 28 }), "T": (model: "basics.step", params: { "time": 10, "before": 0.1, "after": 0 }) },
+        wires: ["T.y -> W.torque"], connect: [("W.supply", "S.terminal")], gravity: "none", step: "0.1 s", until: "20 s",
         // Inertia of the body without the wheel's: the page says whether the body has it.
         figures: { "body": (of: "a.angular.z"), "momentum": (of: "W.momentum") }"#,
         want: &[("body", -100.0, 1e-6), ("momentum", 1.0, 1e-9)],
@@ -116,8 +116,8 @@ const CASES: &[Case] = &[
         report: "openobsw #70, PASEOS PR 202: no torque along the field, sign of m x B",
         text: r#"bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (rotation: (axis: [0, 0, 1], angle: "90 deg"))) },
         parts: { "B": (model: "basics.constant", params: { "value": 3e-5 }), "D": (model: "basics.constant", params: { "value": 10 }), "Zero": (model: "basics.constant", params: { "value": 0 }),
-            "T": (model: "flight.magnetic_torquer", params: { "dipole_max": 5 }, bind: { "body": "node:a" }) },
-        wires: ["B.y -> T.field.x", "Zero.y -> T.field.y", "Zero.y -> T.field.z", "D.y -> T.dipole.x", "Zero.y -> T.dipole.y", "Zero.y -> T.dipole.z"],
+            "S": (model: "power.ideal_supply", params: { "voltage": 28 }), "T": (model: "flight.magnetic_torquer", params: { "dipole_max": 5 }, bind: { "body": "node:a" }) },
+        wires: ["B.y -> T.field.x", "Zero.y -> T.field.y", "Zero.y -> T.field.z", "D.y -> T.dipole.x", "Zero.y -> T.dipole.y", "Zero.y -> T.dipole.z"], connect: [("T.supply", "S.terminal")],
         gravity: "none", step: "10 ms", until: "1 s",
         // The dipole (5 A m2, cut off) points along y of W: m x B = -z.
         figures: { "x": (of: "a.angular.x"), "z": (of: "a.angular.z"), "given": (of: "T.given.x") }"#,

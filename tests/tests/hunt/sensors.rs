@@ -62,7 +62,7 @@ const CASES: &[Case] = &[
         wires: ["V.y -> Motor.volts"], connect: [("Motor.supply", "Supply.terminal")], gravity: "none",
         step: "1 ms", until: "5 s",
         // w = k u / (k^2 + R d), i = d w / k, heat R i^2.
-        figures: { "rate": (of: "rotor.rate"), "current": (of: "Motor.current"), "power": (of: "Motor.power"), "heat": (of: "Motor.heat") }"#,
+        figures: { "rate": (of: "rotor.rate"), "current": (of: "Motor.current"), "power": (of: "Motor.power"), "heat": (of: "Motor.case.heat") }"#,
         want: &[
             ("rate", 222.222_222, 1e-5),
             ("current", 0.444_444_4, 1e-7),

@@ -85,9 +85,9 @@ record! {
         rate: f64 = drive_number("rad/s", "m/s").or(f64::INFINITY),
         /// Largest force or torque of what drives the coordinate, either way.
         effort: f64 = drive_number("N m", "N").or(f64::INFINITY),
-        /// Of a ball: greatest angle between the z axes of the two sides of the hinge.
+        /// Greatest angle between the z axes of the two sides of a ball hinge.
         cone: f64 = number("rad").or(f64::INFINITY),
-        /// Of a ball: greatest rotation about z, either way.
+        /// Greatest rotation of a ball hinge about z, either way.
         twist: f64 = number("rad").or(f64::INFINITY),
         /// Coefficient of restitution at the limits.
         restitution: Option<f64> = number("").within(0.0, 1.0).maybe(),

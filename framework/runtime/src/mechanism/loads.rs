@@ -4,7 +4,7 @@
 //! reaction_force, reaction_moment   on the body through its hinge, about the origin and in the axes of the hinge's frame on the body
 //! effort                            generalised force at each coordinate: what drives it, or what a prescribed motion takes
 //! ```
-//! They follow from the accelerations of the same instant and all forces on the bodies outboard of the hinge, those of loops and
+//! They follow from the accelerations of the same instant and all forces on the bodies outboard of the hinge, forces of loops and
 //! contacts among them. With contact they are means over the last step, zero before the first.
 use super::block::MechanismBlock;
 use super::plan::MechanismPlan;

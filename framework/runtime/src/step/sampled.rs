@@ -12,6 +12,7 @@
 //! agree best, so that a quantised sensor counts with the slope of its staircase and a controller with the slope inside of its limits.
 //!
 //! Each controller is examined alone: the outputs of all others are held. Parts with another sample period are held, too, and so are stores. Not examined are
+//! discrete states without a unit (counts, places in lists),
 //! simulations with contact by impulses, which have no ẋ, and plans with more than [`STATES_MAX`] states.
 #![allow(non_snake_case)]
 use super::evaluate::{self, Stopped};
@@ -545,12 +546,12 @@ fn loops(plan: &Plan) -> Vec<Loop> {
     all.into_values().filter(|l| !l.inputs.is_empty()).collect()
 }
 
-/// The discrete states of a block that are numbers.
+/// The discrete states of a block that are quantities. Numbers without a unit are counts, places in lists and flags: other values of them may mean nothing.
 fn numbers(plan: &Plan, block: u32) -> Vec<usize> {
     let part = &plan.parts[block as usize];
     let (mut all, mut at) = (Vec::new(), part.wiring.d);
     for port in &part.prototype.description().discrete {
-        if port.kind != PortKind::Bool {
+        if port.kind != PortKind::Bool && port.unit != "1" {
             all.extend(at..at + port.lanes);
         }
         at += port.lanes;

@@ -7,7 +7,7 @@
 //! ρ(A) = lim ‖Aⁿ‖^(1/n)   growth in a step, n = 2¹⁶ by squaring
 //! too long                ρ(A(h)) > 1.001 ρ(A(h/m))ᵐ, m steps so short that ‖h/m J‖ < 1/4: what the system does
 //! ```
-//! What is not yet there at the start, a contact that does not yet press, is not seen; sampled controllers are held
+//! Forces that begin later, such as a contact that does not yet press, are not seen; sampled controllers are held
 //! (`sampled.rs` examines them). Adaptive methods find their step themselves. Cubic in the number of states; beyond
 //! [`STATES_MAX`] nothing is asked.
 #![allow(non_snake_case)]

@@ -8,7 +8,7 @@
 //! ```
 //! A ball of radius r that rolls without slip slows down by μ_r g / (r (1 + 2/5)) = 5/7 g μ_r / r: about the contact point
 //! (I + m r²) α = −μ_r m g. The first rolling axis is that of the relative rotation, so that what rolls meets the exact
-//! bound. What does not roll yet has its axis across gravity; a load in another direction may then meet up to √2 of the bound.
+//! bound. A body that does not roll yet has its axis across gravity; a load in another direction may then meet up to √2 of the bound.
 
 use super::{ContactStepper, Kind, StepError};
 use crate::contact::{Cone, Report};
@@ -27,7 +27,7 @@ const STILL: f64 = 1e-9;
 /// A row of rolling friction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rolling {
-    /// Its group, and that of its contact.
+    /// Its group, and the group of its contact.
     pub group: u32,
     pub contact: u32,
     /// Its contact point.
