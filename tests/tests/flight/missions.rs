@@ -471,7 +471,7 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     );
     let braked = drag / 3150.0 / 9.80665;
     assert!((braked - 10.4).abs() < 0.05 && (heat - 67.0).abs() < 0.5, "{braked} g");
-    assert!((lines / 1e3 - 143.0).abs() < 0.5 && (bridles / 1e3 - 4.3).abs() < 0.05);
+    assert!((lines / 1e3 - 144.0).abs() < 0.5 && (bridles / 1e3 - 4.3).abs() < 0.05);
     println!(
         "riser {:.2}° from the axis, stage {:.2}° from the vertical",
         hangs.to_degrees(),
@@ -480,10 +480,10 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     // Parachute and stage pull and push on a body that turns: it hangs along the riser, and carries what hangs upright.
     // As the README tells.
     let (riser, upright) = (hangs.to_degrees(), leans.0.to_degrees());
-    assert!((riser - 0.83).abs() < 0.01 && (upright - 0.60).abs() < 0.01, "{riser} {upright}");
+    assert!((riser - 0.81).abs() < 0.01 && (upright - 0.37).abs() < 0.01, "{riser} {upright}");
     let (when, velocity) = touched.unwrap();
     println!("first wheel at {:.2} s, {velocity}", when - entry);
-    assert!((when - entry - 375.87).abs() < 0.05, "{}", when - entry);
+    assert!((when - entry - 372.93).abs() < 0.05, "{}", when - entry);
     assert!((velocity.z + 0.75).abs() < 0.05 && velocity.xy().norm() < 0.1, "{velocity}");
     // Over all rows of 375 s: 1.6, 2.6, 1.9 and 3.9.
     let [height, speed, place, tilt] = wrong;
@@ -514,8 +514,9 @@ fn a_rover_is_landed_on_mars_phase_by_phase_and_drives_off() {
     }
     // In its own coordinates it comes down where it wants to; on Mars, where its navigation is wrong by.
     let landed = get(&sim, "Rover.Hardware.Chassis/chassis.position");
-    // The middle of its ground is where an earlier guidance of the entry brought it, 12 m from here.
-    assert!(off_place < 0.3 && landed.xy().norm() < 14.0, "{off_place} m, {landed}");
+    // The middle of its ground is where the divert leads.
+    println!("lands at {landed}");
+    assert!(off_place < 0.3 && landed.xy().norm() < 2.0, "{off_place} m, {landed}");
     // It stands, and drives to where it was told to; meanwhile the stage comes down.
     let (mut away, mut fallen) = (0.0, 0.0);
     while sim.before(seconds(1050.0))

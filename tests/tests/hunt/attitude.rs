@@ -150,8 +150,8 @@ const CASES: &[Case] = &[
         gravity: "none", step: "0.1 s", until: "1 s",
         figures: { "z": (of: "A.attitude.z"), "w": (of: "A.attitude.w"), "fix": (of: "A.fix"), "none": (of: "B.fix", take: "max"), "identity": (of: "B.attitude.w", take: "min") }"#,
         want: &[
-            ("z", 0.707_106_78, 1e-8),
-            ("w", 0.707_106_78, 1e-8),
+            ("z", std::f64::consts::FRAC_1_SQRT_2, 1e-8),
+            ("w", std::f64::consts::FRAC_1_SQRT_2, 1e-8),
             ("fix", 1.0, 0.0),
             ("none", 0.0, 0.0),
             ("identity", 1.0, 0.0),

@@ -30,7 +30,7 @@ const CASES: &[Case] = &[
         // v = sqrt(mu (1 + e) / (a (1 - e))).
         want: &[
             ("x", 7.2e6, 1e-6),
-            ("v", -7803.671_554, 1e-5),
+            ("v", -7_803.671_554, 1e-5),
             ("i", 180.0, 1e-6),
             ("e", 0.1, 1e-9),
             ("low", 821.863, 1e-6),
@@ -230,7 +230,7 @@ const CASES: &[Case] = &[
         step: 1, until: 1,
         // East, north, up by ppigrf 2.1 for 2025.0.
         figures: { "x": (of: "B.field.x", unit: "nT", at: "time >= 0 s"), "y": (of: "B.field.y", unit: "nT", at: "time >= 0 s"), "z": (of: "B.field.z", unit: "nT", at: "time >= 0 s") }"#,
-        want: &[("x", -1926.548_58, 1e-3), ("y", 27_456.621_76, 1e-3), ("z", 15_997.352_90, 1e-3)],
+        want: &[("x", -1_926.548_58, 1e-3), ("y", 27_456.621_76, 1e-3), ("z", 15_997.352_90, 1e-3)],
     },
 ];
 

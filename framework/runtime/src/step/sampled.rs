@@ -8,7 +8,7 @@
 //! unstable    ρ(M(1)) > 1.002 max(1, ρ(M(0)))      nearly: ρ(M(1.25))
 //! ```
 //! The plant is differentiated while driven hinges turn at [`TURNING`], where dry friction and brakes do not hold: at rest they would hide a loop that swings as soon as it
-//! moves. Sampled parts are differentiated by secants over several amplitudes. The slope is the one on which two neighbouring amplitudes
+//! moves. Sampled parts are differentiated by secants over several amplitudes. The slope is the one on which neighbouring amplitudes
 //! agree best, so that a quantised sensor counts with the slope of its staircase and a controller with the slope inside of its limits.
 //!
 //! Each controller is examined alone: the outputs of all others are held. Parts with another sample period are held, too, and so are stores. Not examined are
@@ -407,19 +407,25 @@ impl Scratch<'_> {
     }
 }
 
-/// The secant on which two neighbouring amplitudes agree best, if it is not zero; the middle secant where none agree to 5 %.
+/// The secant on which three neighbouring amplitudes agree best, else two, to 5 %; the middle secant where none agree. Three, because two amplitudes
+/// of a few steps of a quantised sensor may agree by chance.
 fn plateau(secants: &[f64; AMPLITUDES.len()]) -> f64 {
-    let (mut best, mut error, mut flat) = (0.0, f64::INFINITY, false);
-    for pair in secants.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
-        let size = a.abs().max(b.abs());
-        if size == 0.0 {
-            flat = true;
-        } else if (a - b).abs() <= 0.05 * size && (a - b).abs() / size < error {
-            (best, error) = (b, (a - b).abs() / size);
-        }
+    let agreed = |count: usize| {
+        let spread = |all: &[f64]| {
+            let (low, high) = all
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(*s), h.max(*s)));
+            (high - low) / low.abs().max(high.abs())
+        };
+        let near = secants.windows(count).filter(|w| w.iter().any(|s| *s != 0.0));
+        let near = near.map(|w| (spread(w), w[count - 1])).filter(|(error, _)| *error <= 0.05);
+        near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, slope)| slope)
+    };
+    if let Some(slope) = agreed(3).or_else(|| agreed(2)) {
+        return slope;
     }
-    if error.is_finite() || flat { best } else { secants[AMPLITUDES.len() / 2] }
+    let flat = secants.windows(2).any(|w| w == [0.0, 0.0]);
+    if flat { 0.0 } else { secants[AMPLITUDES.len() / 2] }
 }
 
 /// e^(A T) and ∫ e^(A t) dt B over a period T.
