@@ -97,7 +97,7 @@ fn a_spinning_arm_pulls_with_m_omega_squared_r() {
     let mut loads = HingeLoads::new(&tree);
     loads.begin(&ws);
     loads.find(&tree, &mut ws, &vdot);
-    // The axes are those of the arm: x outwards.
+    // The axes are fixed to the arm: x points outwards.
     let f = load(&loads, &tree, &ws, "arm");
     assert!((f.force - Vec3::new(-m * w * w * r, m * r * alpha, 0.0)).norm() < 1e-12, "{f:?}");
     assert!((f.moment - Vec3::new(0.0, 0.0, m * r * r * alpha)).norm() < 1e-11, "{f:?}");

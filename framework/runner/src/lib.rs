@@ -16,7 +16,7 @@
 //! | `change` | variables set and pinned while it runs |
 //! | `saves` | when checkpoints are written, their names, what they carry |
 //! | `folder` | the folder of a run: one run at a time, nothing of another run in the way |
-//! | `balance` | balances of energy, mass and charge, integrated while a run goes on |
+//! | `balance` | balances of energy, mass and charge, integrated during a run |
 //! | `figures` | a simulation's own figures, in fixed memory |
 //! | `built` | what built the program, for logs, checkpoints and summaries |
 //! | `pace` | as fast as real time, or a multiple of it; how late ticks were |

@@ -6,7 +6,7 @@
 //! declared    `stored` (J, kg, C), `gained`, `lost` (W, kg/s, A) of `#[port(..)]`, and the accounts of a block
 //! part        Σ connectors − Σ work + gained − lost = d/dt stored
 //! ```
-//! All terms count positive into the part. A part with connectors and nothing declared that has one kind of term is a boundary of the simulation: what it exchanges (thrust, drag, the
+//! All terms count positive into the part. A part with connectors and nothing declared that has one kind of term is a boundary of the simulation: its exchange (thrust, drag, the
 //! heat of a radiator) is a term of the balance, and there is nothing to check. Every other part has to close.
 use crate::model::Description;
 use crate::ports::{PortKind, PortSpec};

@@ -97,7 +97,7 @@ fn environment(from: From) -> String {
     }
     let place = match from {
         From::Site => {
-            // From north; the heading turns x from east towards north.
+            // The azimuth counts from north; the heading turns x from east towards north.
             let east = Vec3::new(HEADING.cos(), -HEADING.sin(), 0.0);
             let azimuth = sun.dot(&east).atan2(sun.dot(&Vec3::z().cross(&east)));
             format!("\"azimuth\": {azimuth:?}, \"elevation\": {:?}", sun.z.asin())

@@ -108,7 +108,7 @@ fn a_locked_hinge_reports_its_load_and_changes_nothing() {
     near(three(&with, "wall.reaction_moment")[1], -9.81 * (3.0 * 0.4 + 2.0 * 1.2), 1e-12);
     near(three(&with, "beam.reaction_moment")[1], -9.81 * 2.0 * 0.4, 1e-12);
     assert!(with.get("wall.angle").is_err() && with.get("wall.effort").is_err());
-    // Without the field the remedy names it.
+    // If the field is not written, the remedy names it.
     let without = sim(&text(""));
     let told = without.get("wall.reaction_force.z").unwrap_err();
     assert!(told.help.contains("`reaction: true`"), "{told:?}");

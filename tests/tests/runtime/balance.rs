@@ -81,7 +81,7 @@ fn a_load_on_a_battery_takes_its_power_and_its_charge() {
         near(term(energy, "Charger", "output"), -1000.0, 1e-6);
         let battery = &energy.parts["Battery"];
         assert!(battery.residual.unwrap().abs() < 1.0, "{method} {step}: {battery:#?}");
-        // Charge: what the loads take less what is fed in, but for the losses of charging.
+        // The charge falls by the current of the loads less the current that is fed in, but for the losses of charging.
         let charge = &all["charge"];
         let battery = &charge.parts["Battery"];
         assert!(battery.residual.unwrap().abs() < 0.1, "{method} {step}: {battery:#?}");

@@ -157,7 +157,7 @@ mod tests {
         let u = GyroIn { gimbal: NodeState::identity(), supply: SUPPLY, rate: 7.0 };
         let x = m.deriv(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &(), &u, &(), &GyroOut::zero());
         assert_eq!(x.angle, 1.0);
-        // The gimbal stands still without a supply.
+        // The gimbal does not move without a supply.
         let u = GyroIn { supply: Voltage { voltage: 0.0 }, ..u };
         let x = m.deriv(&Clock::at(0.0, 0.01, 0), &m.init_x(), &(), &(), &u, &(), &GyroOut::zero());
         assert_eq!(x.angle, 0.0);

@@ -70,7 +70,7 @@ pub(super) struct JointForces {
     stops: Vec<SoftStop>,
     /// Place in q, in β, stiffness, rest.
     springs: Vec<(usize, usize, f64, f64)>,
-    /// Of balls: place in q, in β, stiffness.
+    /// Springs of balls: place in q, place in β, stiffness.
     ball_springs: Vec<(usize, usize, f64)>,
     ball_stops: Vec<BallStop>,
 }

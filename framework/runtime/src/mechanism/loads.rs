@@ -5,7 +5,7 @@
 //! effort                            generalised force at each coordinate: what drives it, or what a prescribed motion takes
 //! ```
 //! They follow from the accelerations of the same instant and all forces on the bodies outboard of the hinge, forces of loops and
-//! contacts among them. With contact they are means over the last step, zero before the first.
+//! contacts among them. In a simulation with contact they are means over the last step, and zero before the first step.
 use super::block::MechanismBlock;
 use super::plan::MechanismPlan;
 use super::ports::MechanismPorts;

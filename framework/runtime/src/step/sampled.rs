@@ -9,7 +9,7 @@
 //! ```
 //! The plant is differentiated while driven hinges turn at [`TURNING`], where dry friction and brakes do not hold: at rest they would hide a loop that swings as soon as it
 //! moves. Sampled parts are differentiated by secants over several amplitudes. The slope is the one on which neighbouring amplitudes
-//! agree best, so that a quantised sensor counts with the slope of its staircase and a controller with the slope inside of its limits.
+//! agree best, so that a quantised sensor has the mean gradient of its steps, and a controller the gradient inside of its limits.
 //!
 //! Each controller is examined alone: the outputs of all others are held. Parts with another sample period are held, too, and so are stores. Not examined are
 //! discrete states without a unit (counts, places in lists),
@@ -109,7 +109,7 @@ impl Simulation {
         for rate in TURNING {
             let Some(plant) = self.plant(&plan, &loops, rate) else { return Vec::new() };
             for l in &loops {
-                // What was found at another rate is reported once.
+                // A loop that was found at another rate is reported once.
                 if found.iter().all(|f| f.controller != l.controller) {
                     found.extend(self.examine(&plan, l, &plant));
                 }

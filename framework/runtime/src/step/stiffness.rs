@@ -8,8 +8,8 @@
 //! too long                ρ(A(h)) > 1.001 ρ(A(h/m))ᵐ, m steps so short that ‖h/m J‖ < 1/4: what the system does
 //! ```
 //! Forces that begin later, such as a contact that does not yet press, are not seen; sampled controllers are held
-//! (`sampled.rs` examines them). Adaptive methods find their step themselves. Cubic in the number of states; beyond
-//! [`STATES_MAX`] nothing is asked.
+//! (`sampled.rs` examines them). Adaptive methods find their step themselves. The cost is cubic in the number of states;
+//! a simulation with more than [`STATES_MAX`] states is not examined.
 #![allow(non_snake_case)]
 use super::Simulation;
 use crate::plan::{Place, Plan};

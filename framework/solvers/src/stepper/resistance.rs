@@ -7,8 +7,8 @@
 //! belt        v = v_b + s_b − v_a − s_a  across the normal, s the velocity of the surface over its body
 //! ```
 //! A ball of radius r that rolls without slip slows down by μ_r g / (r (1 + 2/5)) = 5/7 g μ_r / r: about the contact point
-//! (I + m r²) α = −μ_r m g. The first rolling axis is that of the relative rotation, so that what rolls meets the exact
-//! bound. A body that does not roll yet has its axis across gravity; a load in another direction may then meet up to √2 of the bound.
+//! (I + m r²) α = −μ_r m g. The first rolling axis is the axis of the relative rotation, so that a rolling body meets
+//! the exact bound. A body that does not roll yet has its axis across gravity; a load in another direction may then meet up to √2 of the bound.
 
 use super::{ContactStepper, Kind, StepError};
 use crate::contact::{Cone, Report};
