@@ -160,7 +160,7 @@ impl Model for AngleFollower {
     fn direct(&self, c: &Clock, _: &(), _: &(), u: &AngleFollowerIn) -> AngleFollowerOut {
         let p = &self.p;
         let (error, constant) = (u.angle - u.shaft.angle, p.time_constant.max(c.dt));
-        let rate_max = if u.supply.voltage > 0.0 { p.rate_max } else { 0.0 };
+        let rate_max = u.supply.limit(p.rate_max);
         let wanted = (error / (4.0 * constant)).clamp(-rate_max, rate_max);
         let motion = towards(c, wanted, u.shaft.rate, p.time_constant, p.acceleration_max);
         AngleFollowerOut { motion, error, supply: Current { current: 0.0 } }

@@ -57,7 +57,7 @@ impl Model for TorqueDrive {
     type Ud = TorqueDriveIn;
     type Yd = TorqueDriveOut;
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &TorqueDriveIn) -> TorqueDriveOut {
-        let limit = limit(self.p.torque_max, &u.supply);
+        let limit = u.supply.limit(self.p.torque_max);
         let torque = u.torque.clamp(-limit, limit);
         let power = torque * u.shaft.rate;
         TorqueDriveOut { load: HingeTorque(torque), power, supply: u.supply.current_of(power) }
@@ -103,13 +103,8 @@ pub struct ServoOut {
     pub supply: Current,
 }
 
-/// Greatest torque, N m: none without a supply.
-fn limit(torque_max: f64, supply: &Voltage) -> f64 {
-    if supply.voltage > 0.0 { torque_max } else { 0.0 }
-}
-
 fn servo(wanted: f64, torque_max: f64, supply: &Voltage, rate: f64) -> ServoOut {
-    let limit = limit(torque_max, supply);
+    let limit = supply.limit(torque_max);
     let torque = wanted.clamp(-limit, limit);
     let power = torque * rate;
     ServoOut { torque: HingeTorque(torque), power, supply: supply.current_of(power) }

@@ -96,7 +96,17 @@ pub struct HeatFlows {
 impl Voltage {
     /// Returns the current at which this voltage gives a power (W); zero without voltage, where no power can be drawn.
     pub fn current_of(&self, power: f64) -> Current {
-        Current { current: if self.voltage > 0.0 { power / self.voltage } else { 0.0 } }
+        Current { current: if self.is_on() { power / self.voltage } else { 0.0 } }
+    }
+
+    /// Whether there is a voltage: a device without one gives nothing.
+    pub fn is_on(&self) -> bool {
+        self.voltage > 0.0
+    }
+
+    /// Returns the limit of a device on this supply, in its unit: `most` while there is a voltage, else 0.
+    pub fn limit(&self, most: f64) -> f64 {
+        if self.is_on() { most } else { 0.0 }
     }
 }
 

@@ -81,7 +81,7 @@ fn cut_wire_says_what_it_does() {
     ];
     says("cut_wire", &[], &of);
     let of = [
-        ("largest force of the edges", "With `grip=38` the edges press with # N only"),
+        ("largest force of the edges", "If `grip` is 38, the edges press with # N only"),
         ("share of the wire that is cut", "that is cut` stays #."),
     ];
     says("cut_wire", &["grip=38"], &of);

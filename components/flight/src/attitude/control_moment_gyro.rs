@@ -88,7 +88,7 @@ pub struct ControlMomentGyro {
 impl ControlMomentGyro {
     /// Rate of the gimbal: none without a supply.
     fn rate(&self, u: &GyroIn) -> f64 {
-        let most = if u.supply.voltage > 0.0 { self.p.rate_max } else { 0.0 };
+        let most = u.supply.limit(self.p.rate_max);
         u.rate.clamp(-most, most)
     }
 }
@@ -115,7 +115,7 @@ impl Model for ControlMomentGyro {
         let carried = (u.gimbal.angular + self.turning).cross(&h);
         let moment = -axis.cross(&h) * rate - carried;
         let motor = carried.dot(&axis);
-        let heat = if u.supply.voltage > 0.0 { self.p.idle } else { 0.0 };
+        let heat = u.supply.limit(self.p.idle);
         let power = motor * rate + heat;
         let supply = u.supply.current_of(power);
         let load = Wrench { moment, force: Vec3::zeros() };

@@ -191,7 +191,7 @@ impl Model for MagneticTorquer {
     type Ud = TorquerIn;
     type Yd = TorquerOut;
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &TorquerIn) -> TorquerOut {
-        let limit = if u.supply.voltage > 0.0 { self.p.dipole_max } else { 0.0 };
+        let limit = u.supply.limit(self.p.dipole_max);
         let given = u.dipole.map(|d| d.clamp(-limit, limit));
         let moment = (u.body.rotation * given).cross(&u.field);
         let share = |d: f64| if limit > 0.0 { (d / limit).powi(2) } else { 0.0 };

@@ -196,8 +196,7 @@ impl Model for ReactionWheel {
         let rate = u.wheel.angular + self.turning;
         let speed = self.speed(x, u);
         let friction = self.friction(speed);
-        let supplied = u.supply.voltage > 0.0;
-        let torque_max = if supplied { p.torque_max } else { 0.0 };
+        let torque_max = u.supply.limit(p.torque_max);
         let mut torque = u.torque.clamp(-torque_max, torque_max);
         if d.limit != 0.0 {
             torque = d.limit * (d.limit * torque).min((d.limit * friction).max(0.0));
@@ -211,7 +210,7 @@ impl Model for ReactionWheel {
             load.moment += out * p.dynamic_imbalance;
             load.force = out * p.static_imbalance;
         }
-        let lost = p.winding_loss * torque * torque + if supplied { p.idle } else { 0.0 };
+        let lost = p.winding_loss * torque * torque + u.supply.limit(p.idle);
         let power = torque * speed + lost;
         WheelOut {
             load,

@@ -7,8 +7,8 @@
 //! P_field    gravity that depends on place and smooth contact: f · v of all external forces, less the wrenches of parts
 //! P_given    prescribed hinges: the torque that their motion takes, times their rate
 //! ```
-//! Impulses of contact, masses that change, prescribed gaps of loops and machines that move by kinematics are not counted: their energy is what
-//! is left.
+//! Impulses of contact, masses that change, prescribed gaps of loops and machines that move by kinematics are not counted: their energy is the
+//! residual.
 use super::block::{MechanismBlock, NEVER};
 use super::plan::MechanismPlan;
 use super::ports::Frame;
