@@ -3,13 +3,11 @@
 //! [["0 s", "0 deg"], ["2 s", "30 deg"]]                rows
 //! (file: "steering.csv", column: "left front")         time in the first column
 //! ```
-//! The first line of such a file names its columns, each with its unit in brackets: `time [s], left front [deg]`;
-//! without a unit a column is in SI. Lines that begin with `#` say nothing.
+//! Such a file is read as [`linkwork_runtime::columns`] says.
 
+use linkwork_runtime::columns::Columns;
 use linkwork_runtime::prelude::*;
-use linkwork_runtime::{
-    Located, Origin, Param, ParamSpec, ReadCx, Unit, Value, remedy, split_quantity,
-};
+use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value, split_quantity};
 
 /// Rows (time, value) in SI.
 #[derive(Clone, Debug, Default)]
@@ -96,41 +94,42 @@ impl Rows {
     }
 
     fn read_file(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Rows> {
+        let table = Columns::open(v, &["file", "column"], spec, cx)?;
         let at = format!("`{}.{}`", cx.path, spec.name);
-        let Value::Map(entries) = &v.value else { return None };
-        let known = ["file", "column"];
-        for (key, value) in entries {
-            if !known.contains(&key.as_str()) {
-                let fact = format!("{at} has no field `{key}`");
-                cx.fault(value.origin, fact, Some(remedy(key, "fields", &known)));
+        let k = match v.get("column").map(|l| (&l.value, l.origin)) {
+            Some((Value::Text(name), origin)) => match table.find(name) {
+                Ok(k) => k,
+                Err((fact, help)) => {
+                    cx.fault(origin, format!("{at}: {fact}"), Some(help));
+                    return None;
+                }
+            },
+            Some((_, origin)) => {
+                cx.fault(origin, format!("{at}: `column` is a text"), None);
                 return None;
             }
-        }
-        let text = |key: &str| match v.get(key).map(|l| (&l.value, l.origin)) {
-            Some((Value::Text(t), origin)) => Some((t.clone(), origin)),
-            _ => None,
-        };
-        let Some((name, origin)) = text("file") else {
-            cx.fault(
-                v.origin,
-                format!("{at}: the name of a file is missing"),
-                Some("write `file: \"motion.csv\"`".into()),
-            );
-            return None;
-        };
-        if v.get("column").is_some() && text("column").is_none() {
-            cx.fault(v.origin, format!("{at}: `column` is a text"), None);
-            return None;
-        }
-        let content = cx.text(&name, origin)?;
-        match read_csv(&name, &content, text("column").map(|c| c.0).as_deref()) {
-            Ok(rows) => Some(rows),
-            Err((fact, help)) => {
-                let origin = text("column").map_or(origin, |c: (String, Origin)| c.1);
-                cx.fault(origin, format!("{at}: {fact}"), Some(help));
-                None
+            None if table.headings().len() == 2 => 1,
+            None => {
+                let names: Vec<&str> = table.headings().skip(1).map(|h| h.0).collect();
+                let fact =
+                    format!("{at}: the file has {} columns in addition to the time", names.len());
+                let help = format!("write `column: ..`, one of: {}", names.join(", "));
+                cx.fault(v.origin, fact, Some(help));
+                return None;
             }
+        };
+        let mut out = Rows::default();
+        for row in 0..table.lines().len() {
+            let pair = vec![table.cell(row, 0, v.origin), table.cell(row, k, v.origin)];
+            let item = Located { value: Value::List(pair), origin: v.origin };
+            let from = cx.faults.len();
+            let read = Rows::read_rows(&[item], spec, cx);
+            table.name_line(row, from, cx);
+            let read = read?;
+            out.rows.extend(read.rows);
+            out.unit = out.unit.or(read.unit);
         }
+        Some(out)
     }
 }
 
@@ -151,67 +150,6 @@ fn quantity(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<(f64, 
     }
     let plain = ParamSpec { unit: None, range: None, ..spec.clone() };
     cx.number(v, &plain).map(|y| (y, None))
-}
-
-/// Name and unit of a column: `left front [deg]`.
-fn heading(text: &str) -> (&str, Option<&str>) {
-    match text.split_once('[') {
-        Some((name, unit)) => (name.trim(), Some(unit.trim_end().trim_end_matches(']').trim())),
-        None => (text.trim(), None),
-    }
-}
-
-/// Time and one column of a CSV text; the error is a fact with its remedy.
-fn read_csv(name: &str, text: &str, column: Option<&str>) -> Result<Rows, (String, String)> {
-    let mut reader = csv::ReaderBuilder::new()
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let broken =
-        |e: csv::Error| (format!("{name}: {e}"), "write one line for each row".to_string());
-    let headings = reader.headers().map_err(broken)?.clone();
-    let all: Vec<(&str, Option<&str>)> = headings.iter().map(heading).collect();
-    let names: Vec<&str> = all.iter().skip(1).map(|h| h.0).collect();
-    let k = match column {
-        Some(c) => {
-            all.iter().skip(1).position(|h| h.0 == c).map(|k| k + 1).ok_or_else(|| {
-                (format!("{name} has no column `{c}`"), remedy(c, "columns", &names))
-            })?
-        }
-        None if all.len() == 2 => 1,
-        None => {
-            let fact = format!("{name} has {} columns beside the time", names.len());
-            return Err((fact, format!("write `column: ..`, one of: {}", names.join(", "))));
-        }
-    };
-    let unit = |k: usize| -> Result<Option<Unit>, (String, String)> {
-        let parse =
-            |u| Unit::parse(u).map_err(|e| (format!("{name}: {e}"), "write e.g. [deg]".into()));
-        all[k].1.map(parse).transpose()
-    };
-    let (time, value) = (unit(0)?, unit(k)?);
-    if let (Some(t), Ok(s)) = (&time, Unit::parse("s"))
-        && !t.same_quantity(&s)
-    {
-        let fact = format!("{name}: the first column, `{}`, is not a time", &headings[0]);
-        return Err((fact, "write the time first: `time [s]`".into()));
-    }
-    let mut out = Rows { rows: Vec::new(), unit: all[k].1.map(String::from) };
-    for record in reader.records() {
-        let record = record.map_err(broken)?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let number = |k: usize, unit: &Option<Unit>| {
-            let text = record.get(k).unwrap_or("");
-            let wrong = || {
-                let fact = format!("{name}:{line}: `{text}` in column `{}` is no number", all[k].0);
-                (fact, "write a number".to_string())
-            };
-            let y: f64 = text.parse().map_err(|_| wrong())?;
-            if y.is_finite() { Ok(unit.map_or(y, |u| u.to_si(y))) } else { Err(wrong()) }
-        };
-        out.rows.push([number(0, &time)?, number(k, &value)?]);
-    }
-    Ok(out)
 }
 
 impl Param for Rows {

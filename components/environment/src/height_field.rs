@@ -1,6 +1,7 @@
 //! A grid of heights in memory, with the smooth surface of a [`Lattice`] through its nodes: what terrains are made of and edited in.
 
 use linkwork_collision::relief::{GridFault, Lattice};
+use linkwork_formats::heights::Heights;
 use linkwork_runtime::Surface;
 use linkwork_spatial::Vec3;
 
@@ -10,6 +11,8 @@ pub struct HeightField {
     grid: Lattice,
     /// Row-major, y outer, the southern row first; NaN: no data.
     heights: Vec<f32>,
+    /// Height above which they are given (m).
+    datum: f64,
 }
 
 impl HeightField {
@@ -27,7 +30,23 @@ impl HeightField {
     ) -> Result<HeightField, GridFault> {
         let surface = Surface { origin, spacing, nx, ny, heights };
         surface.check()?;
-        Ok(HeightField { grid: Lattice::new(origin, spacing, nx, ny)?, heights: surface.heights })
+        let grid = Lattice::new(origin, spacing, nx, ny)?;
+        Ok(HeightField { grid, heights: surface.heights, datum: 0.0 })
+    }
+
+    /// The heights that a file has, above the datum of the file.
+    ///
+    /// # Errors
+    /// [`GridFault`].
+    pub fn of_file(read: Heights) -> Result<HeightField, GridFault> {
+        let Heights { nx, ny, heights, datum, spacing, origin } = read;
+        Ok(HeightField { datum, ..HeightField::new(origin, spacing, nx, ny, heights)? })
+    }
+
+    /// Height above which all heights of the field are given (m): not 0 for files with heights far from zero
+    /// ([`Heights::datum`]).
+    pub fn datum(&self) -> f64 {
+        self.datum
     }
 
     /// Where its nodes are.
@@ -50,7 +69,7 @@ impl HeightField {
         self.grid.size()
     }
 
-    /// Heights, m; x fastest, southern row first, NaN for no data.
+    /// Heights above the datum, m; x fastest, southern row first, NaN for no data.
     pub fn heights(&self) -> &[f32] {
         &self.heights
     }

@@ -15,9 +15,11 @@
 //! linkwork terrain show crater.tif --picture crater.png       size, heights, histogram, picture
 //! linkwork terrain convert crater.tif crater.tiles            .tif and .tiles may be larger than memory
 //! linkwork terrain resample crater.tif fine.tiles --to-spacing 0.1
+//! linkwork terrain crop crater.tif rim.tif --within 120,80,220,180
+//! linkwork terrain merge west.tif east.tif --out both.tif
 //! linkwork terrain make yard.tif --set size=[50,50] --set rock_cover=0.1 --set crater_age_gyr=3
 //! ```
-//! * A map in degrees is refused: project it to metres, or write `spacing`. Rotated maps, several bands and colours are refused, too.
+//! * Nodes that are degrees apart get metres from the ellipsoid of the file, in the middle of the map; a map that is too tall for one distance (1 % at its edges) is refused. Rotated maps, several bands and colours are refused, too.
 //! * Made ground has its rocks in its heights; a file of it has no list of them. `make` holds the whole map in memory; a larger one is
 //!   made of it by `resample`.
 //! * A terrain in tiles keeps 256 of them (`kept`), some 70 MB; which are kept changes no number. What needs all heights at once (bodies
@@ -38,6 +40,7 @@ pub mod height_field;
 pub mod landforms;
 mod light;
 pub mod map_file;
+pub mod map_parts;
 pub mod mars_sun;
 pub mod planet_air;
 pub mod planet_sun;

@@ -7,7 +7,7 @@ use crate::terrain::heights_of;
 use crate::tiles::{HeightRows, TileError, Tiles, write_tiles};
 use linkwork_collision::relief::Lattice;
 use linkwork_formats::heights::{
-    GeoTiff, Heights, HeightsOptions, Map, write_ascii, write_geotiff, write_png,
+    GeoTiff, HeightsOptions, Map, write_ascii, write_geotiff, write_png,
 };
 use linkwork_runtime::prelude::*;
 use std::fs::File;
@@ -15,6 +15,7 @@ use std::io::{BufReader, BufWriter, Seek, Write};
 use std::path::Path;
 
 /// A map that is open.
+#[derive(Debug)]
 pub enum OpenMap {
     /// All heights in memory.
     Whole(HeightField),
@@ -62,10 +63,8 @@ pub fn open_map(path: &Path, options: &HeightsOptions) -> Result<OpenMap, BuildE
         _ => {
             let files = Files::of(vec![path.parent().unwrap_or(Path::new("")).into()]);
             let file = path.file_name().map_or(name.clone(), |n| n.to_string_lossy().into_owned());
-            let Heights { nx, ny, heights, spacing, origin } = heights_of(&file, options, &files)?;
-            let field =
-                HeightField::new(origin, spacing, nx, ny, heights).map_err(|e| fault(&e))?;
-            Ok(OpenMap::Whole(field))
+            let read = heights_of(&file, options, &files)?;
+            HeightField::of_file(read).map(OpenMap::Whole).map_err(|e| fault(&e))
         }
     }
 }
@@ -76,6 +75,14 @@ impl HeightRows for OpenMap {
             OpenMap::Whole(field) => *field.grid(),
             OpenMap::Tiles(tiles) => *tiles.grid(),
             OpenMap::Rows(_, grid) => *grid,
+        }
+    }
+
+    fn datum(&self) -> f64 {
+        match self {
+            OpenMap::Whole(field) => field.datum(),
+            OpenMap::Tiles(tiles) => tiles.datum(),
+            OpenMap::Rows(open, _) => open.datum(),
         }
     }
 
@@ -98,8 +105,8 @@ impl OpenMap {
     pub fn anywhere(self) -> Result<OpenMap, BuildError> {
         let OpenMap::Rows(open, _) = self else { return Ok(self) };
         let told = |e: &dyn std::fmt::Display| BuildError::of(e);
-        let Heights { nx, ny, heights, spacing, origin } = open.heights().map_err(|e| told(&e))?;
-        HeightField::new(origin, spacing, nx, ny, heights).map(OpenMap::Whole).map_err(|e| told(&e))
+        let read = open.heights().map_err(|e| told(&e))?;
+        HeightField::of_file(read).map(OpenMap::Whole).map_err(|e| told(&e))
     }
 
     fn height(&self, x: f64, y: f64) -> Result<Option<f64>, TileError> {
@@ -183,6 +190,10 @@ impl HeightRows for Resampled {
         self.grid
     }
 
+    fn datum(&self) -> f64 {
+        self.map.datum()
+    }
+
     fn row(&mut self, j: usize, row: &mut [f32]) -> Result<(), TileError> {
         let ([x0, y0], [sx, sy]) = (self.grid.origin(), self.grid.spacing());
         for (i, h) in row.iter_mut().enumerate() {
@@ -235,10 +246,10 @@ fn whole(
     let mut name = path.as_os_str().to_owned();
     name.push(format!(".{}.part", std::process::id()));
     let part = Path::new(&name);
-    let grid = rows.grid();
+    let (grid, datum) = (rows.grid(), rows.datum());
     let mut row = |j: usize, to: &mut [f32]| rows.row(j, to).map_err(std::io::Error::other);
     let (size, spacing, origin) = (grid.size(), grid.spacing(), grid.origin());
-    let mut map = Map { size, spacing, origin, row: &mut row };
+    let mut map = Map { size, spacing, origin, datum, row: &mut row };
     let written = File::create(part).and_then(|file| {
         let mut out = BufWriter::new(file);
         write(&mut out, &mut map)?;
@@ -257,7 +268,9 @@ fn whole(
 /// What there is to say of a map.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// Least and greatest height (m); NaN without data.
+    /// Height above which all are given (m).
+    pub datum: f64,
+    /// Least and greatest height above the datum (m); NaN without data.
     pub range: [f32; 2],
     /// Nodes without data.
     pub missing: u64,
@@ -288,6 +301,7 @@ pub fn survey(rows: &mut dyn HeightRows, most: usize) -> Result<Survey, TileErro
     let (nx, ny) = ((nx - 1) / step + 1, (ny - 1) / step + 1);
     let spacing = grid.spacing().map(|s| s * step as f64);
     Ok(Survey {
+        datum: rows.datum(),
         range,
         missing,
         overview: Surface { origin: grid.origin(), spacing, nx, ny, heights },
@@ -302,7 +316,12 @@ impl OpenMap {
     pub fn survey(&mut self, most: usize) -> Result<Survey, TileError> {
         let OpenMap::Tiles(tiles) = self else { return survey(self, most) };
         let (_, overview) = tiles.overview()?;
-        Ok(Survey { range: tiles.range(), missing: tiles.missing(), overview })
+        Ok(Survey {
+            datum: tiles.datum(),
+            range: tiles.range(),
+            missing: tiles.missing(),
+            overview,
+        })
     }
 }
 

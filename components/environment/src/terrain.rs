@@ -24,7 +24,7 @@ pub struct HeightFieldParams {
     /// GeoTIFF (.tif, .tiff), ESRI ASCII grid (.asc), points on a grid (.xyz), grey PNG or BMP (.png, .bmp), PDS3 (.lbl, .img),
     /// PDS4 (.xml).
     pub file: String,
-    /// Distance of nodes along x and y, m, instead of what the file says; needed for PNG and BMP, and for maps in degrees.
+    /// Distance of nodes along x and y, m, instead of what the file says; needed for PNG and BMP, and for maps in degrees that do not say their ellipsoid.
     #[param(default = None)]
     pub spacing: Option<[f64; 2]>,
     /// Heights of black and white of a PNG or BMP, m.
@@ -89,6 +89,23 @@ impl Terrain for GridTerrain {
     }
 }
 
+/// That a map whose heights are given above `datum` (m) is levelled: z would have too few digits at its heights.
+///
+/// # Errors
+/// It is not.
+pub(crate) fn levelled(level: bool, datum: f64) -> Result<(), BuildError> {
+    if level || datum == 0.0 {
+        return Ok(());
+    }
+    let fact = format!(
+        "the heights of the map are near {datum} m, where 32 bits have steps of {:.3} m",
+        datum.abs() * f64::from(f32::EPSILON)
+    );
+    Err(BuildError::new(fact)
+        .at("level")
+        .help("leave out `level: false`: z = 0 is then the height of the map at x = y = 0"))
+}
+
 /// The heights of a file, and of the file that it names, which become part of the plan's hash.
 ///
 /// # Errors
@@ -131,12 +148,12 @@ impl Service for FileTerrain {
     type Params = HeightFieldParams;
     fn build(p: HeightFieldParams, files: &Files) -> Result<Self, BuildError> {
         let options = HeightsOptions { spacing: p.spacing, range: p.height_range };
-        let Heights { nx, ny, heights, spacing, origin } = heights_of(&p.file, &options, files)?;
-        let mut field = HeightField::new(origin, spacing, nx, ny, heights)
+        let mut field = HeightField::of_file(heights_of(&p.file, &options, files)?)
             .map_err(|e| BuildError::of(&format!("`{}`: {e}", p.file)).at("file"))?;
         if p.centred {
             field = field.centred();
         }
+        levelled(p.level, field.datum())?;
         let zero = match field.ground(0.0, 0.0) {
             Some((h, _)) if p.level => h,
             _ => 0.0,

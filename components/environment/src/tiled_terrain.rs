@@ -2,6 +2,7 @@
 
 use crate::soil::SoilParams;
 use crate::soil_map::{SoilMap, SoilPatch, SoilRaster};
+use crate::terrain::levelled;
 use crate::tiles::{TileError, Tiles};
 use linkwork_runtime::prelude::*;
 
@@ -68,6 +69,7 @@ impl Service for TiledTerrain {
             );
         }
         let mut tiles = Tiles::open(&path, p.kept as usize).map_err(fault)?;
+        levelled(p.level, tiles.datum())?;
         if p.centred {
             tiles = tiles.centred();
         }

@@ -88,13 +88,14 @@ fn ten_thousand_million_nodes_open_at_once_and_take_bounded_memory() {
     let step = (NODES - 1).div_ceil(1023);
     let shown = (NODES - 1) / step + 1;
     let overview = put(&vec![0.0; shown * shown]);
-    let mut head = b"LWTILES1".to_vec();
+    let mut head = b"LWTILES2".to_vec();
     [NODES as u64; 2].iter().for_each(|n| head.extend(n.to_le_bytes()));
     [TILE as u32, step as u32].iter().for_each(|n| head.extend(n.to_le_bytes()));
     [1.0_f64, 1.0, 0.0, 0.0].iter().for_each(|x| head.extend(x.to_le_bytes()));
     head.extend(overview);
     [-1.0_f32, 2.0].iter().for_each(|h| head.extend(h.to_le_bytes()));
     head.extend(0_u64.to_le_bytes());
+    head.extend(0_f64.to_le_bytes());
     head.extend(crc32fast::hash(&index).to_le_bytes());
     head.extend(crc32fast::hash(&head).to_le_bytes());
     file.seek(SeekFrom::Start(0)).unwrap();

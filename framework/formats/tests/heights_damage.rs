@@ -136,7 +136,7 @@ fn missing_cells_are_found_even_when_their_text_is_not_an_f32() {
     }
     let file = Tiff { missing: Some("none".into()), ..Tiff::of(3, 2) };
     let told = alone("a.tif", &file.bytes(&[1.0; 6])).unwrap_err().to_string();
-    assert!(told.contains("`none` is no number"), "{told}");
+    assert!(told.contains("`none` is not a number"), "{told}");
 }
 
 /// The files that GDAL wrote, with the ending that says what they are.

@@ -13,7 +13,7 @@ fn heights(nx: usize, ny: usize) -> Heights {
         _ => ((k as f32) * 0.37).sin() * 1e3 + (k as f32) * 1e-3,
     };
     let heights = (0..nx * ny).map(one).collect();
-    Heights { nx, ny, heights, spacing: [0.5, 0.25], origin: [-3.0, 1e5 + 0.125] }
+    Heights { nx, ny, heights, datum: 0.0, spacing: [0.5, 0.25], origin: [-3.0, 1e5 + 0.125] }
 }
 
 fn write(
@@ -24,14 +24,16 @@ fn write(
         row.copy_from_slice(&h.heights[j * h.nx..(j + 1) * h.nx]);
         Ok(())
     };
-    let mut map = Map { size: [h.nx, h.ny], spacing: h.spacing, origin: h.origin, row: &mut row };
+    let (size, spacing, origin) = ([h.nx, h.ny], h.spacing, h.origin);
+    let mut map = Map { size, spacing, origin, datum: h.datum, row: &mut row };
     let mut out = Cursor::new(Vec::new());
     with(&mut out, &mut map).unwrap();
     out.into_inner()
 }
 
 fn same(a: &Heights, b: &Heights) {
-    assert_eq!((a.nx, a.ny, a.spacing, a.origin), (b.nx, b.ny, b.spacing, b.origin));
+    assert_eq!((a.nx, a.ny, a.datum), (b.nx, b.ny, b.datum));
+    assert_eq!((a.spacing, a.origin), (b.spacing, b.origin));
     let bits = |h: &Heights| -> Vec<u32> {
         h.heights.iter().map(|h| if h.is_nan() { 0x7fc0_0000 } else { h.to_bits() }).collect()
     };
@@ -47,6 +49,14 @@ fn geotiff_and_ascii_come_back_digit_for_digit() {
         let asc = write(&h, write_ascii);
         same(&raster::alone("a.asc", &asc).unwrap(), &h);
     }
+    // Heights far from zero.
+    let mut h = heights(20, 30);
+    h.heights[29 * 20] = 0.25;
+    h.datum = 1_737_400.0;
+    same(&raster::alone("a.tif", &write(&h, write_geotiff)).unwrap(), &h);
+    let asc = raster::alone("a.asc", &write(&h, write_ascii)).unwrap();
+    assert_eq!(asc.datum, h.datum);
+    assert!(asc.heights.iter().zip(&h.heights).all(|(a, b)| (a - b).abs() < 1e-9 || b.is_nan()));
     // Row by row, in any order.
     let h = heights(300, 600);
     let tif = write(&h, write_geotiff);

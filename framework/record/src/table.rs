@@ -120,12 +120,22 @@ impl Table {
 }
 
 /// A cell of a CSV file: NaN where it is empty.
-fn cell(text: &str) -> Option<f64> {
-    if text.is_empty() { Some(f64::NAN) } else { text.parse().ok() }
+fn cell(text: &str, decimal_comma: bool) -> Option<f64> {
+    match text.parse() {
+        Ok(number) => Some(number),
+        Err(_) if text.is_empty() => Some(f64::NAN),
+        Err(_) if decimal_comma => text.replacen(',', ".", 1).parse().ok(),
+        Err(_) => None,
+    }
 }
 
 fn csv_columns(text: &str) -> Result<(Vec<(String, Column)>, usize), String> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let separator = linkwork_runtime::columns::separator(text);
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let decimal_comma = separator != b',';
     let titles = reader.headers().map_err(|e| e.to_string())?;
     let mut columns: Vec<(String, Column)> =
         titles.iter().map(|t| (t.to_string(), Column::Numbers(Vec::new()))).collect();
@@ -138,7 +148,7 @@ fn csv_columns(text: &str) -> Result<(Vec<(String, Column)>, usize), String> {
         let line = record.position().map_or(0, csv::Position::line);
         for ((_, column), text) in columns.iter_mut().zip(&record) {
             let Column::Numbers(numbers) = column else { continue };
-            match cell(text) {
+            match cell(text, decimal_comma) {
                 Some(x) => numbers.push(x),
                 None => *column = Column::Other(format!("`{text}` in line {line}")),
             }
@@ -263,6 +273,14 @@ mod tests {
         assert!(e.contains("column `note` holds `start` in line 2") && e.contains("help: "), "{e}");
         let e = table.numbers("tiem").unwrap_err().to_string();
         assert!(e.contains("no column `tiem`") && e.contains("did you mean `time`"), "{e}");
+    }
+
+    #[test]
+    fn spreadsheets_of_other_countries_are_read() {
+        let (_folder, path) = written("t.csv", "\u{feff}time;x [m]\n0;1,5\n0,1;\n".as_bytes());
+        let table = Table::read(&path).unwrap();
+        same(table.numbers("time").unwrap(), &[0.0, 0.1]);
+        same(table.numbers("x [m]").unwrap(), &[1.5, f64::NAN]);
     }
 
     #[test]

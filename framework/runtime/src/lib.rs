@@ -10,6 +10,7 @@ pub mod balance;
 mod block;
 mod catalogue;
 mod checkpoint;
+pub mod columns;
 mod compile;
 mod condition;
 pub mod connectors;

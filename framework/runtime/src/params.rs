@@ -454,6 +454,9 @@ impl<T: Param> Param for Vec<T> {
         T::fields()
     }
     fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Vec<T>> {
+        if v.get("file").is_some() {
+            return crate::columns::read_list(v, spec, cx);
+        }
         let items = list(v, spec, cx)?;
         let read: Vec<Option<T>> = items.iter().map(|item| T::read(item, spec, cx)).collect();
         read.into_iter().collect()

@@ -1,7 +1,8 @@
 //! The macros: lanes, parameters with units, and dependencies read from signatures.
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{
-    Catalogue, Description, Entry, Functions, Located, Origin, ReadCx, Services, Value,
+    Catalogue, Description, Entry, Files, Functions, Located, Origin, Params as _, ReadCx,
+    Services, Value,
 };
 
 /// Winding and gear.
@@ -123,4 +124,75 @@ fn unknown_models_are_guessed() {
     let catalogue = Catalogue::new([vec![Entry::model::<Motor>()]]);
     let fault = catalogue.find("test.moter", Origin::NONE, "rover.m").err().unwrap();
     assert!(fault.help.unwrap().contains("did you mean `test.motor`?"));
+}
+
+/// Tables as parameters.
+#[derive(Params, Clone, Debug)]
+struct TableParams {
+    /// Numbers in m.
+    #[param(unit = "m", range = 0.0..)]
+    heights: Vec<f64>,
+    /// Rows.
+    #[param(default = vec![])]
+    rows: Vec<[f64; 2]>,
+    /// Words.
+    #[param(default = vec![])]
+    words: Vec<String>,
+}
+#[test]
+fn lists_may_be_columns_of_a_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let services = Services::default();
+    let read = |text: &str, params: Vec<(&str, Value)>| {
+        std::fs::write(folder.path().join("t.csv"), text).unwrap();
+        let mut cx = ReadCx::new("part", &services);
+        cx.files = Files::of(vec![folder.path().into()]);
+        let read = TableParams::read_map(&map(params), &mut cx);
+        let told = |f: &linkwork_runtime::Fault| format!("{} / {:?}", f.message, f.help);
+        read.ok_or_else(|| cx.faults.iter().map(told).collect::<Vec<_>>().join("\n"))
+    };
+    let text = |t: &str| Value::Text(t.into());
+    let column = |name: &str| map(vec![("file", text("t.csv")), ("column", text(name))]).value;
+    let columns = |names: Vec<Value>| {
+        let names = Value::List(names.into_iter().map(Located::from).collect());
+        map(vec![("file", text("t.csv")), ("columns", names)]).value
+    };
+    let good = "# ignored\nh [km], cd, word\n1, 0.25, low\n2.5, 0.5, high\n";
+    let all = vec![
+        ("heights", column("h")),
+        ("rows", columns(vec![text("cd"), text("cd")])),
+        ("words", column("word")),
+    ];
+    let p = read(good, all).unwrap();
+    assert_eq!(p.heights, [1000.0, 2500.0]);
+    assert_eq!(p.rows, [[0.25, 0.25], [0.5, 0.5]]);
+    assert_eq!(p.words, ["low", "high"]);
+    // Spreadsheets of other countries write a byte order mark, semicolons and decimal commas; others write tabs.
+    for other in ["\u{feff}h [km];cd\n1,5;3\n", "h [km]\tcd\n1.5\t3\n"] {
+        assert_eq!(
+            read(other, vec![("heights", column("h"))]).unwrap().heights,
+            [1500.0],
+            "{other}"
+        );
+    }
+    // A single column needs no name.
+    let only = map(vec![("file", text("t.csv"))]).value;
+    assert_eq!(read("h\n7\n", vec![("heights", only.clone())]).unwrap().heights, [7.0]);
+    for (content, value, wanted) in [
+        (good, column("hh"), "t.csv has no column `hh`"),
+        (good, only, "one column or a list of columns is wanted / Some(\"write `column: ..`"),
+        (good, column("word"), "t.csv:3: `part.heights`"),
+        ("h\n1\n-2\n", column("h"), "t.csv:3: `part.heights` = -2 m is out of range"),
+        ("h [kg]\n1\n", column("h"), "t.csv:2: `part.heights`: `1.0 kg` is in kg, but m is wanted"),
+        ("h, h\n1, 2\n", column("h"), "t.csv has two columns `h`"),
+        ("h, g\n1\n", column("h"), "t.csv: CSV error"),
+        ("h\n", column("h"), "t.csv has no line under its headings"),
+        ("h\nnan\n", column("h"), "t.csv:2: "),
+    ] {
+        let told = read(content, vec![("heights", value)]).unwrap_err();
+        assert!(told.contains(wanted), "{content:?}: {told}");
+    }
+    let folderless = map(vec![("file", text("none.csv")), ("column", text("h"))]).value;
+    let told = read(good, vec![("heights", folderless)]).unwrap_err();
+    assert!(told.contains("there is no file `none.csv`"), "{told}");
 }

@@ -2,6 +2,7 @@
 use linkwork_assembly::{Failure, read_value};
 use linkwork_environment::generated_terrain::GeneratedParams;
 use linkwork_environment::map_file::{OpenMap, Resampled, Survey, hillshade, open_map, write_map};
+use linkwork_environment::map_parts::{Cropped, Mosaic};
 use linkwork_environment::terrain::GridTerrain;
 use linkwork_environment::tiles::{HeightRows, TILE};
 use linkwork_formats::heights::{HeightsOptions, write_shades};
@@ -70,6 +71,26 @@ fn command() -> Command {
                 .about("The smooth surface of a map at other nodes; where they are farther apart, the mean around each")
                 .args([from(), to(), spacing(), range(), tile()])
                 .arg(pair("to-spacing", "X,Y", "Distance of the new nodes in m, X or X,Y").required(true)),
+        )
+        .subcommand(
+            Command::new("crop")
+                .about("A part of a map, row by row")
+                .args([from(), to(), spacing(), range(), tile()])
+                .arg(pair("within", "X0,Y0,X1,Y1", "West, south, east and north limit in m, in the coordinates that `show` prints").required(true)),
+        )
+        .subcommand(
+            Command::new("merge")
+                .about("Maps with common nodes as one map; where several have data, the last one counts")
+                .args([
+                    Arg::new("maps")
+                        .value_name("MAPS")
+                        .required(true)
+                        .num_args(2..)
+                        .value_parser(value_parser!(PathBuf))
+                        .help("Maps to read, two or more"),
+                    to().long("out"),
+                    tile(),
+                ]),
         )
         .subcommand(
             Command::new("make")
@@ -160,6 +181,8 @@ fn run(options: &ArgMatches) -> u8 {
         Some(("show", options)) => show(options),
         Some(("convert", options)) => open(options).and_then(|mut map| write(options, &mut map)),
         Some(("resample", options)) => resample(options),
+        Some(("crop", options)) => crop(options),
+        Some(("merge", options)) => merge(options),
         Some(("make", options)) => make(options),
         _ => Ok(()),
     };
@@ -172,6 +195,26 @@ fn run(options: &ArgMatches) -> u8 {
 fn resample(options: &ArgMatches) -> Result<(), Failure> {
     let spacing = pair(options, "to-spacing")?.unwrap_or([1.0; 2]);
     let mut rows = Resampled::new(open(options)?, spacing).map_err(told)?;
+    write(options, &mut rows)
+}
+
+fn crop(options: &ArgMatches) -> Result<(), Failure> {
+    let text = options.get_one::<String>("within").map_or("", String::as_str);
+    let limits: Result<Vec<f64>, _> = text.split(',').map(|w| w.trim().parse::<f64>()).collect();
+    let Ok(&[x0, y0, x1, y1]) = limits.as_deref() else {
+        let help = "write west, south, east and north limit: --within 0,0,100,50";
+        return Err(fault(format!("`--within {text}` is not four numbers"), Some(help.into())));
+    };
+    let mut rows = Cropped::new(open(options)?, [x0, y0, x1, y1]).map_err(told)?;
+    write(options, &mut rows)
+}
+
+fn merge(options: &ArgMatches) -> Result<(), Failure> {
+    let paths = options.get_many::<PathBuf>("maps").into_iter().flatten();
+    let maps: Result<Vec<_>, _> = paths
+        .map(|path| Ok((path.display().to_string(), open_map(path, &HeightsOptions::default())?)))
+        .collect();
+    let mut rows = maps.and_then(Mosaic::new).map_err(told)?;
     write(options, &mut rows)
 }
 
@@ -236,7 +279,12 @@ fn show(options: &ArgMatches) -> Result<(), Failure> {
         say!("heights   none: no node has data");
         return Ok(());
     }
-    say!("heights   {low} to {high} m");
+    match survey.datum {
+        0.0 => say!("heights   {low} to {high} m"),
+        datum => {
+            say!("heights   {:.3} to {:.3} m", datum + f64::from(low), datum + f64::from(high));
+        }
+    }
     say!("no data   {} nodes, {:.3} %", survey.missing, 100.0 * survey.missing as f64 / all);
     histogram(&survey);
     picture(&survey);
@@ -269,7 +317,7 @@ fn histogram(survey: &Survey) {
     for (k, count) in counts.iter().enumerate() {
         let bar = "#".repeat((40 * count).div_ceil(most));
         let share = 100.0 * *count as f64 / known.len() as f64;
-        say!("  from {:10.3} m  {share:5.1} %  {bar}", low + width * k as f64);
+        say!("  from {:10.3} m  {share:5.1} %  {bar}", survey.datum + low + width * k as f64);
     }
 }
 

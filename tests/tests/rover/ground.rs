@@ -1,4 +1,5 @@
 //! Bodies meet the terrain: by impulses, by smooth forces, at its edge, and a rover that rolls over.
+use linkwork_environment::map_file::{open_map, write_map};
 use linkwork_runtime::{Seconds, Simulation};
 
 use crate::common;
@@ -245,4 +246,63 @@ fn a_wheel_with_rolling_resistance_coasts_to_a_stop_and_stands_on_a_slope() {
     let (sin, cos) = 0.04_f64.sin_cos();
     let want = -2.0 * cos * 9.81 * (sin - 0.02 * cos) / (1.0 + 0.3 / (10.0 * 0.0625));
     assert!((rolls / want - 1.0).abs() < 0.02, "{rolls} {want}");
+}
+
+/// A map of radii of the Moon (DOI-USGS/ISIS3 issue 5786): in 32 bits its heights would have steps of 12.5 cm, on which a ball lay still. A ball that
+/// rolls down x = x₀ − 5/14 g sin α cos α t² is at 3.3010 m after 2 s. In tiles and as text the map has the same digits.
+#[test]
+fn a_ball_rolls_down_a_map_of_radii_as_down_a_plane() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let mut text = String::from("ncols 32\nnrows 32\ncellsize 0.5\n");
+    for _ in 0..32 {
+        let row: Vec<String> =
+            (0..32).map(|i| format!("{:.3}", 1_737_400.0 + 0.025 * f64::from(i))).collect();
+        text += &(row.join(" ") + "\n");
+    }
+    std::fs::write(path("radius.asc"), text).unwrap();
+    let open = || open_map(path("radius.asc").as_ref(), &Default::default()).unwrap();
+    for name in ["radius.tif", "radius.tiles", "again.asc"] {
+        write_map(path(name).as_ref(), &mut open(), 16).unwrap();
+    }
+    let scene = |model: &str, name: &str, more: &str| {
+        let text = format!(
+            r#"Simulation(
+                bodies: {{ "ball": (parent: "world", hinge: Free, mass: 1, inertia: [0.004, 0.004, 0.004], initial: (position: [4, 0, 0.3]),
+                    shapes: [(shape: Sphere(0.1), name: "skin", collide: (friction: 0.8))]) }},
+                parts: {{
+                    "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                    "Ground": (model: "environment.{model}", params: {{ "file": "{}", {more} }}),
+                }},
+                contact: (friction: 0.8, margin: "1 cm"), step: "1 ms", until: "2 s")"#,
+            path(name)
+        );
+        common::scene(&text, &[])
+    };
+    let slope = 0.05_f64.atan();
+    let wanted = 4.0 - 5.0 / 14.0 * 9.81 * slope.sin() * slope.cos() * 4.0;
+    for (model, name, more) in [
+        ("height_field", "radius.asc", ""),
+        ("height_field", "radius.tif", ""),
+        ("height_field", "again.asc", ""),
+        ("tiled_terrain", "radius.tiles", "\"region\": [-7, -7, 7, 7]"),
+    ] {
+        let mut sim = scene(model, name, more).unwrap();
+        until(&mut sim, 2.0);
+        let x = sim.get("ball.position.x").unwrap();
+        println!("{name}: {x}, {wanted}");
+        assert!((x - wanted).abs() < 2e-3, "{name}: {x}, and not {wanted}");
+        let told = scene(
+            model,
+            name,
+            &format!("{more}{} \"level\": false", if more.is_empty() { "" } else { "," }),
+        )
+        .err()
+        .unwrap();
+        assert!(
+            told.contains("1737400 m, where 32 bits have steps of")
+                && told.contains("leave out `level: false`"),
+            "{told}"
+        );
+    }
 }

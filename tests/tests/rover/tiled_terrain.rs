@@ -55,7 +55,7 @@ impl Maps {
 /// Changes a bit of a tile: its entry of the index says where it is.
 fn damage(path: &Path, tile: usize) {
     let mut bytes = std::fs::read(path).unwrap();
-    let entry = 104 + 16 * tile;
+    let entry = 112 + 16 * tile;
     let start = u64::from_le_bytes(bytes[entry..entry + 8].try_into().unwrap()) as usize;
     bytes[start + 5] ^= 8;
     std::fs::write(path, bytes).unwrap();

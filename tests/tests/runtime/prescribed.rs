@@ -203,7 +203,10 @@ fn a_file_gives_the_same_bits_as_rows_and_its_mistakes_are_told() {
         format!("{} / {}", fault.message, fault.help.as_deref().unwrap_or(""))
     };
     let told = refused(r#""profile": (file: "motion.csv")"#);
-    assert!(told.contains("2 columns beside the time") && told.contains("left, right"), "{told}");
+    assert!(
+        told.contains("2 columns in addition to the time") && told.contains("left, right"),
+        "{told}"
+    );
     let told = refused(r#""profile": (file: "motion.csv", column: "lft")"#);
     assert!(told.contains("no column `lft`") && told.contains("did you mean `left`"), "{told}");
     let told = refused(r#""profile": (file: "motion.csv", column: "right")"#);
@@ -213,10 +216,10 @@ fn a_file_gives_the_same_bits_as_rows_and_its_mistakes_are_told() {
     let told = refused(r#""profile": (file: "motion.csv", colum: "left")"#);
     assert!(told.contains("no field `colum`") && told.contains("`column`"), "{told}");
     for (text, what) in [
-        ("t [s], q [deg]\n0, 1\n1, x\n", "motion.csv:3: `x` in column `q` is no number"),
-        ("t [s], q [deg]\n0, 1\n1, NaN\n", "motion.csv:3: `NaN` in column `q` is no number"),
+        ("t [s], q [deg]\n0, 1\n1, x\n", "motion.csv:3: `Motion.profile`: `x` is not a quantity"),
+        ("t [s], q [deg]\n0, 1\n1, NaN\n", "motion.csv:3: `Motion.profile`: `NaN` is not"),
         ("t [s], q [deg]\n0, 1\n1\n", "motion.csv"),
-        ("t [m], q [deg]\n0, 1\n1, 2\n", "`t [m]`, is not a time"),
+        ("t [m], q [deg]\n0, 1\n1, 2\n", "is in m, but s is wanted"),
         ("t [s], q [furlong]\n0, 1\n1, 2\n", "furlong"),
         ("t [s], q [deg]\n0, 1\n0, 2\n", "row 2 at 0 s does not come after row 1 at 0 s"),
         ("t [s], q [deg]\n0, 1\n", "1 row(s)"),

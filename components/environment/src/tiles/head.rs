@@ -4,10 +4,10 @@ use super::{INDEX_END, TileError};
 use linkwork_collision::relief::Lattice;
 use std::io::{Read, Write};
 
-const MAGIC: &[u8; 8] = b"LWTILES1";
+const MAGIC: &[u8; 8] = b"LWTILES2";
 
 /// Bytes of the head.
-pub(super) const HEAD: u64 = 104;
+pub(super) const HEAD: u64 = 112;
 
 /// Bytes of an entry of the index.
 pub(super) const ENTRY: u64 = 16;
@@ -32,7 +32,9 @@ pub(super) struct Head {
     /// Nodes from one of the overview to the next.
     pub step: usize,
     pub overview: Piece,
-    /// Least and greatest height (m); NaN without data.
+    /// Height above which heights are given (m).
+    pub datum: f64,
+    /// Least and greatest height above the datum (m); NaN without data.
     pub range: [f32; 2],
     /// Nodes without data.
     pub missing: u64,
@@ -73,6 +75,7 @@ impl Head {
             tile,
             step: (nx.max(ny) - 1).div_ceil(super::OVERVIEW - 1).max(1),
             overview: Piece::default(),
+            datum: 0.0,
             range: [f32::NAN; 2],
             missing: 0,
             index: vec![Piece::default(); tiles as usize],
@@ -130,6 +133,7 @@ impl Head {
             head.extend(h.to_le_bytes());
         }
         head.extend(self.missing.to_le_bytes());
+        head.extend(self.datum.to_le_bytes());
         head.extend(crc32fast::hash(&index).to_le_bytes());
         head.extend(crc32fast::hash(&head).to_le_bytes());
         out.write_all(&head)?;
@@ -141,6 +145,11 @@ impl Head {
         let mut head = [0; HEAD as usize];
         let short = |_| TileError::damaged("it ends within its head");
         file.read_exact(&mut head).map_err(short)?;
+        if &head[..8] == b"LWTILES1" {
+            return Err(TileError::damaged(
+                "an earlier version of the program made it: make it anew (`linkwork terrain convert`)",
+            ));
+        }
         if &head[..8] != MAGIC {
             return Err(TileError::damaged("it does not begin as a file of tiles does"));
         }
@@ -166,13 +175,19 @@ impl Head {
         read.overview = piece(&head, 64);
         read.range = [80, 84].map(|at| f32::from_bits(u32_at(&head, at)));
         read.missing = u64_at(&head, 88);
+        read.datum = number(96);
+        if !read.datum.is_finite() {
+            return Err(TileError::damaged(
+                "the height above which it gives its heights is not finite",
+            ));
+        }
         let bytes = ENTRY * read.index.len() as u64;
         if length < HEAD + bytes {
             return Err(TileError::damaged("it ends within its index"));
         }
         let mut index = vec![0; bytes as usize];
         file.read_exact(&mut index).map_err(|_| TileError::damaged("it ends within its index"))?;
-        if crc32fast::hash(&index) != u32_at(&head, 96) {
+        if crc32fast::hash(&index) != u32_at(&head, 104) {
             return Err(TileError::damaged("the checksum of its index is wrong"));
         }
         for (k, to) in read.index.iter_mut().enumerate() {

@@ -1,6 +1,6 @@
 //! Heights in tiles (`.tiles`): a file of a terrain of any size, of which tiles are read when they are asked for.
 //! ```text
-//! head      "LWTILES1", nodes, cells of a tile's edge, spacing, origin, overview, least and greatest height, checksums
+//! head      "LWTILES2", nodes, cells of a tile's edge, spacing, origin, overview, least and greatest height, datum, checksums
 //! index     for each tile: byte, length, checksum (CRC-32) of what is there; length 0: no data in the whole tile
 //! overview  every n-th node, for display
 //! tiles     heights as f32, deflated

@@ -124,7 +124,12 @@ impl Tiles {
         self.head.tile
     }
 
-    /// Least and greatest height in the file (m); NaN without data.
+    /// Height above which the file gives its heights (m).
+    pub fn datum(&self) -> f64 {
+        self.head.datum
+    }
+
+    /// Least and greatest height in the file, above its datum (m); NaN without data.
     pub fn range(&self) -> [f32; 2] {
         self.head.range
     }
@@ -280,6 +285,10 @@ impl Tiles {
 impl HeightRows for &Tiles {
     fn grid(&self) -> Lattice {
         self.grid
+    }
+
+    fn datum(&self) -> f64 {
+        self.head.datum
     }
 
     fn row(&mut self, j: usize, row: &mut [f32]) -> Result<(), TileError> {

@@ -12,7 +12,11 @@ use std::path::Path;
 pub trait HeightRows {
     /// Where its nodes are.
     fn grid(&self) -> Lattice;
-    /// Heights (m) of row `j` into `row`, which has room for one row; NaN where there is no data.
+    /// Height above which heights are given (m).
+    fn datum(&self) -> f64 {
+        0.0
+    }
+    /// Heights above the datum (m) of row `j` into `row`, which has room for one row; NaN where there is no data.
     ///
     /// # Errors
     /// What keeps it from being read.
@@ -22,6 +26,10 @@ pub trait HeightRows {
 impl HeightRows for &HeightField {
     fn grid(&self) -> Lattice {
         *HeightField::grid(self)
+    }
+
+    fn datum(&self) -> f64 {
+        HeightField::datum(self)
     }
 
     fn row(&mut self, j: usize, row: &mut [f32]) -> Result<(), TileError> {
@@ -65,7 +73,7 @@ impl Out {
 }
 
 fn write_to(path: &Path, rows: &mut dyn HeightRows, tile: usize) -> Result<(), TileError> {
-    let mut head = Head::new(rows.grid(), tile)?;
+    let mut head = Head { datum: rows.datum(), ..Head::new(rows.grid(), tile)? };
     let [nx, ny] = head.grid.size();
     let [across, up] = head.tiles();
     let file = File::create(path).map_err(TileError::system("writing"))?;

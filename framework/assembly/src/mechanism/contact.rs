@@ -41,6 +41,8 @@ pub(crate) struct Contact {
     pub pair_forces: Vec<[String; 2]>,
     /// Path of the terrain, as written.
     pub terrain: Option<String>,
+    /// Friction that is written for all contact: that of ground without a soil.
+    pub ground_friction: Option<f64>,
     /// The fields with references from the top.
     pub resolved: Option<Located>,
 }
@@ -115,6 +117,7 @@ pub(crate) fn read(
             of_laws: form.pairs.iter().map(|p| p.over(usual)).collect(),
         }),
         terrain: form.terrain.map(|t| t.text),
+        ground_friction: v.get("friction").map(|_| form.friction),
         resolved: None,
     };
     out.resolved = Some(resolved(v, &out));

@@ -153,6 +153,7 @@ pub(crate) fn mechanism(
                 .map(|(settings, colliders)| ContactSpec { colliders, settings }),
             compliant: colliders.clone().zip(contact.compliant),
             terrain: contact.terrain,
+            ground_friction: contact.ground_friction,
             reactions: named(&|b| b.reaction),
             held: named(&|b| b.held),
             pair_forces: contact.pair_forces,

@@ -4,9 +4,11 @@
 //! xllcenter, yllcenter   its node
 //! cellsize               or dx and dy
 //! ```
-//! Coordinates are in metres unless a `.prj` beside it says otherwise.
+//! Coordinates and heights are in metres unless a `.prj` beside it says otherwise.
 
-use super::{Heights, HeightsError, HeightsOptions, bounded, length, text, units};
+use super::degrees::degrees_apart;
+use super::units::Horizontal;
+use super::{Heights, HeightsError, HeightsOptions, bounded, datum, length, text, units};
 
 const KEYS: [&str; 10] = [
     "ncols",
@@ -81,8 +83,9 @@ pub(super) fn grid(
     bounded(bytes.len() as u64, nx, ny, 1)?;
     let missing = of("nodata_value");
     let (nx, ny) = (nx as usize, ny as usize);
+    let known = units::well_known(&text(projection.unwrap_or_default()))?;
     let mut heights = vec![0.0; nx * ny];
-    let mut read = 0;
+    let (mut read, mut datum) = (0, None);
     for (at, line) in lines {
         for word in line.split_whitespace() {
             let place = || format!("line {}", at + 1);
@@ -98,7 +101,11 @@ pub(super) fn grid(
             }
             let gone = value.is_nan() || missing.is_some_and(|m| value == m);
             let (row, column) = (read / nx, read % nx);
-            heights[(ny - 1 - row) * nx + column] = if gone { f32::NAN } else { value as f32 };
+            let height = value * known.vertical;
+            heights[(ny - 1 - row) * nx + column] = match gone {
+                true => f32::NAN,
+                false => (height - *datum.get_or_insert_with(|| datum::of(height))) as f32,
+            };
             read += 1;
         }
     }
@@ -117,10 +124,6 @@ pub(super) fn grid(
         (Some(spacing), _) => (spacing, [0.0, 0.0]),
         (None, None) => return Err(HeightsError::NoScale { what: "the ASCII grid" }),
         (None, Some(own)) => {
-            let unit = units::well_known(&text(projection.unwrap_or_default()))?;
-            let Some(unit) = unit else {
-                return Err(HeightsError::Degrees { x: own[0], y: own[1] });
-            };
             let first = |centre: &str, corner: &str, size: f64| match (of(centre), of(corner)) {
                 (Some(at), _) => at,
                 (None, Some(at)) => at + 0.5 * size,
@@ -128,10 +131,19 @@ pub(super) fn grid(
             };
             let x = first("xllcenter", "xllcorner", own[0]);
             let y = first("yllcenter", "yllcorner", own[1]);
-            (own.map(|s| s * unit), [x * unit, y * unit])
+            match known.horizontal {
+                Horizontal::Degrees(ellipsoid) => {
+                    (degrees_apart(ellipsoid, own, y, ny)?, [0.0, 0.0])
+                }
+                // Such files are 1 or 3 seconds of arc apart (0.0003 or 0.0008 degrees); no map has nodes less than a millimetre apart.
+                Horizontal::Lengths(_) if projection.is_none() && own[0].max(own[1]) < 1e-3 => {
+                    return Err(HeightsError::Degrees { x: own[0], y: own[1] });
+                }
+                Horizontal::Lengths(unit) => (own.map(|s| s * unit), [x * unit, y * unit]),
+            }
         }
     };
-    Ok(Heights { nx, ny, heights, spacing, origin })
+    Ok(Heights { nx, ny, heights, datum: datum.unwrap_or(0.0), spacing, origin })
 }
 
 /// A row of heights may begin with a word that is a number: `nan`, `inf`.

@@ -3,12 +3,19 @@
 //! ```text
 //! x = x_t + (column + c − i) s_x,  y = y_t − (row + c − j) s_y    (tie point i, j → x_t, y_t)
 //! c = ½: pixels are areas (the standard's rule, unless it says points), 0: pixels are points
-//! h = (sample · scale + offset) · unit       scale, offset: of GDAL's metadata, unit: of the vertical axis
+//! h = (sample · scale + offset) · unit
 //! ```
-//! Row 0 is the northern edge. Samples that equal GDAL's no-data text are missing; the text is compared as a number in f64
-//! and in f32, since files hold values such as −3.4028234663852886e+38 that do not survive a strict conversion.
+//! `scale`, `offset` and `unit` are those of GDAL's metadata; without a unit there, the unit of heights is that of the vertical reference system.
+//!
+//! Row 0 is the northern edge, or the southern one in a file whose transformation says so. Without data are: samples that equal GDAL's no-data text,
+//! pixels that an internal mask leaves out, strips and tiles that are not stored (of a file with a no-data text; of others they are zeros, as for
+//! GDAL), and the special pixels of ISIS. The no-data text is compared as a number in f64 and in f32, since files hold values such as
+//! −3.4028234663852886e+38 that do not survive a strict conversion.
 
-use super::{Heights, HeightsError, HeightsOptions, bounded, length, text, units};
+mod mask;
+mod place;
+
+use super::{Heights, HeightsError, HeightsOptions, bounded, datum, text, units};
 use crate::xml::{Declarations, parse_with};
 use std::io::{Read, Seek};
 use tiff::ColorType;
@@ -30,15 +37,22 @@ pub struct GeoTiff<R: Read + Seek> {
     bytes: u64,
     nx: usize,
     ny: usize,
-    spacing: [f64; 2],
-    origin: [f64; 2],
+    frame: place::Frame,
     missing: Option<f64>,
     /// h = scale · sample + offset (m).
     scale: f64,
     offset: f64,
+    /// Height above which heights are given (m).
+    datum: f64,
+    /// One bit for each pixel that an internal mask keeps, the first row first.
+    mask: Option<Vec<u8>>,
+    /// Samples are floating-point numbers.
+    real: bool,
     chunk: [usize; 2],
-    /// Bytes of each chunk that is not compressed, and of a sample.
-    plain: Option<(Vec<u64>, usize)>,
+    /// Stored bytes of each chunk.
+    stored: Vec<u64>,
+    /// Bytes of a sample of a file that is not compressed.
+    plain: Option<usize>,
     /// Rows of chunks that were read last: number, heights.
     bands: Vec<(usize, Vec<f32>)>,
 }
@@ -71,41 +85,55 @@ impl<R: Read + Seek> GeoTiff<R> {
             // Says so.
             bounded(bytes, width.into(), height.into(), PIXELS_OF_A_BYTE)?;
         }
-        one_band(&mut decoder)?;
-        let frame = frame(&mut decoder, ny, options)?;
-        let missing = decoder.find_tag(Tag::GdalNodata)?.and_then(|v| v.into_string().ok());
-        let missing = missing.map(|text| text.trim_matches(['\0', ' ', '\n']).to_string());
-        let missing = match missing.filter(|text| !text.is_empty()).map(|t| (t.parse::<f64>(), t)) {
-            None => None,
-            Some((Ok(value), _)) => Some(value),
-            Some((Err(_), t)) => {
-                let fact = format!("its no-data value `{t}` is no number");
-                return Err(HeightsError::content(
-                    fact,
-                    "write it anew (`gdal_translate -a_nodata`)",
-                ));
-            }
-        };
-        let [scale, offset] = metadata(&mut decoder)?;
-        let plain = plain(&mut decoder)?;
+        let real = one_band(&mut decoder)?;
+        let frame = place::frame(&mut decoder, ny, options)?;
+        let missing = missing(&mut decoder)?;
+        let [scale, offset, unit] = metadata(&mut decoder)?;
+        let unit = if unit.is_nan() { frame.height_unit } else { unit };
+        let (stored, plain) = stored(&mut decoder)?;
+        let mask = mask::read(&mut decoder, [nx, ny], bytes)?;
         let (cw, ch) = decoder.chunk_dimensions();
         if cw == 0 || ch == 0 {
             return Err(HeightsError::content("its strips or tiles are empty", "write it anew"));
         }
-        Ok(GeoTiff {
+        let mut open = GeoTiff {
             decoder,
             bytes,
             nx,
             ny,
-            spacing: frame.spacing,
-            origin: frame.origin,
+            frame,
             missing,
-            scale: scale * frame.height_unit,
-            offset: offset * frame.height_unit,
+            scale: scale * unit,
+            offset: offset * unit,
+            datum: 0.0,
+            mask,
+            real,
             chunk: [cw as usize, ch as usize],
+            stored,
             plain,
             bands: Vec::new(),
-        })
+        };
+        open.datum = open.find_datum()?;
+        Ok(open)
+    }
+
+    /// The datum of its heights, from the first height in the file.
+    fn find_datum(&mut self) -> Result<f64, HeightsError> {
+        // Samples of up to 16 bits, and heights of f32 as they are, have no digits that could be lost.
+        let exact = self.real
+            && self.offset == 0.0
+            && matches!(self.decoder.colortype()?, ColorType::Gray(32));
+        if exact || self.decoder.colortype()?.bit_depth() < 32 && self.offset.abs() < datum::LEAST {
+            return Ok(0.0);
+        }
+        let bands = self.ny.div_ceil(self.chunk[1]);
+        for band in 0..bands {
+            let read = self.band(band, Vec::new())?;
+            if let Some(first) = read.iter().find(|h| !h.is_nan()) {
+                return Ok(datum::of(f64::from(*first)));
+            }
+        }
+        Ok(0.0)
     }
 
     /// Nodes along x and y.
@@ -115,12 +143,17 @@ impl<R: Read + Seek> GeoTiff<R> {
 
     /// Distance of nodes along x and y (m).
     pub fn spacing(&self) -> [f64; 2] {
-        self.spacing
+        self.frame.spacing
     }
 
-    /// x, y of the south-west node (m).
+    /// x, y of the south-west node (m); zero of a file in degrees.
     pub fn origin(&self) -> [f64; 2] {
-        self.origin
+        self.frame.origin
+    }
+
+    /// Height above which heights are given (m): [`Heights::datum`].
+    pub fn datum(&self) -> f64 {
+        self.datum
     }
 
     /// All heights, in memory.
@@ -134,10 +167,11 @@ impl<R: Read + Seek> GeoTiff<R> {
         for j in (0..ny).rev() {
             self.row(j, &mut heights[j * nx..(j + 1) * nx])?;
         }
-        Ok(Heights { nx, ny, heights, spacing: self.spacing, origin: self.origin })
+        let (spacing, origin, datum) = (self.frame.spacing, self.frame.origin, self.datum);
+        Ok(Heights { nx, ny, heights, datum, spacing, origin })
     }
 
-    /// Heights of row `j`, counted from the southern edge, into `row` of as many nodes as there are along x. Rows that
+    /// Heights above the datum (m) of row `j`, counted from the southern edge, into `row` of as many nodes as there are along x. Rows that
     /// lie near each other cost one decoding of their strips or tiles.
     ///
     /// # Errors
@@ -145,7 +179,8 @@ impl<R: Read + Seek> GeoTiff<R> {
     pub fn row(&mut self, j: usize, row: &mut [f32]) -> Result<(), HeightsError> {
         let outside =
             || HeightsError::content(format!("there is no row {j}"), "count from the south");
-        let line = self.ny.checked_sub(j + 1).ok_or_else(outside)?;
+        let north = self.ny.checked_sub(j + 1).ok_or_else(outside)?;
+        let line = if self.frame.from_south { j } else { north };
         let (band, within) = (line / self.chunk[1], line % self.chunk[1]);
         if !self.bands.iter().any(|(b, _)| *b == band) {
             let room = if self.bands.len() > 1 { self.bands.remove(0).1 } else { Vec::new() };
@@ -158,52 +193,80 @@ impl<R: Read + Seek> GeoTiff<R> {
         Ok(())
     }
 
-    /// The rows of a row of chunks, from the north.
+    /// Heights above the datum (m) of a row of chunks, the file's first row first.
     fn band(&mut self, band: usize, mut room: Vec<f32>) -> Result<Vec<f32>, HeightsError> {
         let [cw, ch] = self.chunk;
         let lines = ch.min(self.ny - band * ch);
         let across = self.nx.div_ceil(cw);
         room.clear();
         for c in 0..across {
-            let index = u32::try_from(band * across + c).unwrap_or(u32::MAX);
-            let chunks = match self.decoder.get_chunk_type() {
-                ChunkType::Strip => self.decoder.strip_count()?,
-                ChunkType::Tile => self.decoder.tile_count()?,
-            };
-            if index >= chunks {
-                let fact = format!("it has {chunks} strips or tiles, too few for its size");
+            let index = band * across + c;
+            let Some(bytes) = self.stored.get(index).copied() else {
+                let fact =
+                    format!("it has {} strips or tiles, too few for its size", self.stored.len());
                 return Err(HeightsError::content(fact, "take the whole file"));
-            }
-            if let Some((counts, size)) = &self.plain {
-                let tile = self.decoder.get_chunk_type() == ChunkType::Tile;
-                let wanted = cw as u64 * (if tile { ch } else { lines } * size) as u64;
-                let bytes = counts.get(index as usize).copied().unwrap_or(0);
-                if bytes < wanted {
-                    let fact = format!("strip or tile {index} has {bytes} bytes of {wanted}");
-                    return Err(HeightsError::content(fact, "take the whole file"));
-                }
-            }
-            let samples = Numbers(self.decoder.read_chunk(index)?);
+            };
             let columns = cw.min(self.nx - c * cw);
-            if samples.len() != columns * lines {
-                let what = format!("{} samples in a tile of {}", samples.len(), columns * lines);
+            // A chunk of no bytes is not stored.
+            let samples = if bytes == 0 { None } else { Some(self.chunk(index, bytes, lines)?) };
+            if let Some(found) =
+                samples.as_ref().map(Numbers::len).filter(|n| *n != columns * lines)
+            {
+                let what = format!("{found} samples in a tile of {}", columns * lines);
                 return Err(HeightsError::Pixels { what });
             }
             if room.is_empty() {
                 room.resize(self.nx * lines, 0.0);
             }
             for k in 0..lines {
+                let first = (band * ch + k) * self.nx + c * cw;
                 let to = &mut room[k * self.nx + c * cw..][..columns];
-                for (out, value) in to.iter_mut().zip(samples.range(k * columns, columns)) {
-                    let gone = self.missing.is_some_and(|m| value == m || value as f32 == m as f32);
-                    let h = value * self.scale + self.offset;
-                    *out = if gone || !value.is_finite() { f32::NAN } else { h as f32 };
+                for (i, out) in to.iter_mut().enumerate() {
+                    let value = match &samples {
+                        Some(samples) => samples.at(k * columns + i),
+                        None => self.missing.unwrap_or(0.0),
+                    };
+                    *out = self.height(value, first + i);
                 }
             }
         }
         Ok(room)
     }
+
+    /// Samples of a chunk of which so many bytes are stored.
+    fn chunk(&mut self, index: usize, bytes: u64, lines: usize) -> Result<Numbers, HeightsError> {
+        if let Some(size) = self.plain {
+            let tile = self.decoder.get_chunk_type() == ChunkType::Tile;
+            let [cw, ch] = self.chunk;
+            let wanted = cw as u64 * (if tile { ch } else { lines } * size) as u64;
+            if bytes < wanted {
+                let fact = format!("strip or tile {index} has {bytes} bytes of {wanted}");
+                return Err(HeightsError::content(fact, "take the whole file"));
+            }
+        }
+        Ok(Numbers(self.decoder.read_chunk(u32::try_from(index).unwrap_or(u32::MAX))?))
+    }
+
+    /// Height above the datum (m) of a sample; NaN without data.
+    fn height(&self, value: f64, pixel: usize) -> f32 {
+        let special = match self.real {
+            true => value.abs() >= SPECIAL_REAL,
+            false => self.missing == Some(-32768.0) && value <= SPECIAL_INTEGER,
+        };
+        let gone = self.missing.is_some_and(|m| value == m || value as f32 == m as f32);
+        let masked = self.mask.as_ref().is_some_and(|m| !mask::keeps(m, pixel));
+        if gone || special || masked || !value.is_finite() {
+            return f32::NAN;
+        }
+        (value * self.scale + self.offset - self.datum) as f32
+    }
 }
+
+/// Magnitude from which real samples are special pixels of ISIS (null, low and high saturation): valid ones are smaller.
+const SPECIAL_REAL: f64 = 3.402_822_6e38;
+
+/// Greatest special pixel of ISIS among integers of 16 bits whose null is −32768.
+const SPECIAL_INTEGER: f64 = -32753.0;
 
 /// Samples as they were decoded.
 struct Numbers(DecodingResult);
@@ -240,182 +303,99 @@ impl Numbers {
             DecodingResult::F64(v) => v[k],
         }
     }
-
-    fn range(&self, from: usize, count: usize) -> impl Iterator<Item = f64> + '_ {
-        (from..from + count).map(|k| self.at(k))
-    }
 }
 
-fn one_band<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<(), HeightsError> {
+/// That there is one band of grey values, of a compression that is read here; whether they are floating-point numbers.
+fn one_band<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<bool, HeightsError> {
     let bands: u32 = decoder.find_tag_unsigned(Tag::SamplesPerPixel)?.unwrap_or(1);
     if bands != 1 {
         return Err(HeightsError::Pixels { what: format!("{bands} bands") });
     }
+    let compression: u16 = decoder.find_tag_unsigned(Tag::Compression)?.unwrap_or(1);
+    if !READ.contains(&compression) {
+        let name = COMPRESSIONS.iter().find(|(code, _)| *code == compression);
+        let name = name.map_or(format!("number {compression}"), |(_, name)| (*name).to_string());
+        return Err(HeightsError::content(
+            format!("its compression {name} is not read here"),
+            "write it with another one: `gdal_translate -co COMPRESS=DEFLATE`",
+        ));
+    }
     match decoder.colortype()? {
-        ColorType::Gray(8 | 16 | 32 | 64) => Ok(()),
-        other => Err(HeightsError::Pixels { what: format!("pixels of the kind {other:?}") }),
+        ColorType::Gray(8 | 16 | 32 | 64) => {}
+        other => {
+            return Err(HeightsError::Pixels { what: format!("pixels of the kind {other:?}") });
+        }
     }
+    Ok(decoder.find_tag_unsigned::<u16>(Tag::SampleFormat)? == Some(3))
 }
 
-/// Bytes of the chunks of a file that is not compressed, and of its samples: what is too short would be read from what follows.
-fn plain<R: Read + Seek>(
+/// Compressions that are read: none, LZW, deflate (two codes), PackBits, Zstandard.
+const READ: [u16; 6] = [1, 5, 8, 32946, 32773, 50000];
+
+/// Names of compressions that are not read.
+const COMPRESSIONS: [(u16, &str); 7] = [
+    (7, "JPEG"),
+    (34712, "JPEG 2000"),
+    (34887, "LERC"),
+    (34925, "LZMA"),
+    (50001, "WebP"),
+    (50002, "JPEG XL"),
+    (52546, "JPEG XL"),
+];
+
+/// The no-data value.
+fn missing<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Option<f64>, HeightsError> {
+    let missing = decoder.find_tag(Tag::GdalNodata)?.and_then(|v| v.into_string().ok());
+    let missing = missing.map(|text| text.trim_matches(['\0', ' ', '\n']).to_string());
+    let Some(text) = missing.filter(|text| !text.is_empty()) else { return Ok(None) };
+    text.parse().map(Some).map_err(|_| {
+        let fact = format!("its no-data value `{text}` is not a number");
+        HeightsError::content(fact, "write it anew (`gdal_translate -a_nodata`)")
+    })
+}
+
+/// Stored bytes of each chunk; of a file that is not compressed, bytes of a sample: what is too short would be read from what follows.
+fn stored<R: Read + Seek>(
     decoder: &mut Decoder<R>,
-) -> Result<Option<(Vec<u64>, usize)>, HeightsError> {
-    if decoder.find_tag_unsigned(Tag::Compression)?.unwrap_or(1_u16) != 1 {
-        return Ok(None);
-    }
-    let tag = match decoder.get_chunk_type() {
-        ChunkType::Strip => Tag::StripByteCounts,
-        ChunkType::Tile => Tag::TileByteCounts,
+) -> Result<(Vec<u64>, Option<usize>), HeightsError> {
+    let (tag, chunks) = match decoder.get_chunk_type() {
+        ChunkType::Strip => (Tag::StripByteCounts, decoder.strip_count()?),
+        ChunkType::Tile => (Tag::TileByteCounts, decoder.tile_count()?),
     };
-    let counts = decoder.find_tag_unsigned_vec(tag)?.unwrap_or_default();
-    let bits = match decoder.colortype()? {
-        ColorType::Gray(bits) => usize::from(bits),
-        _ => 8,
-    };
-    Ok(Some((counts, bits / 8)))
+    let mut counts: Vec<u64> = decoder.find_tag_unsigned_vec(tag)?.unwrap_or_default();
+    counts.truncate(chunks as usize);
+    let plain = decoder.find_tag_unsigned(Tag::Compression)?.unwrap_or(1_u16) == 1;
+    let size = usize::from(decoder.colortype()?.bit_depth()) / 8;
+    Ok((counts, plain.then_some(size)))
 }
 
-/// Scale and offset of the first band.
-fn metadata<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<[f64; 2], HeightsError> {
-    let Some(value) = decoder.find_tag(GDAL_METADATA)? else { return Ok([1.0, 0.0]) };
+/// Scale, offset and metres of the unit of the first band; a unit of NaN is not said.
+fn metadata<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<[f64; 3], HeightsError> {
+    let mut out = [1.0, 0.0, f64::NAN];
+    let Some(value) = decoder.find_tag(GDAL_METADATA)? else { return Ok(out) };
     let words = value.into_string()?;
     let root = parse_with(
         &text(words.as_bytes()).replace('\0', ""),
         "GDAL_METADATA",
         Declarations::Refused,
     )?;
-    let mut out = [1.0, 0.0];
     for item in &root.children {
         let of =
             |name: &str| item.attributes.iter().find(|a| a.name == name).map(|a| a.value.as_str());
-        let Some(k) = ["scale", "offset"].iter().position(|r| of("role") == Some(r)) else {
+        let roles = ["scale", "offset", "unittype"];
+        let Some(k) = roles.iter().position(|r| of("role") == Some(r)) else { continue };
+        if of("sample").is_some_and(|s| s != "0") {
             continue;
-        };
-        if of("sample").is_none_or(|s| s == "0") {
-            let number = item.text.trim().parse::<f64>().ok().filter(|n| n.is_finite());
-            out[k] = number.ok_or_else(|| {
-                let fact = format!(
-                    "GDAL's metadata has `{}` for {}",
-                    item.text,
-                    of("role").unwrap_or_default()
-                );
-                HeightsError::content(fact, "write a number")
-            })?;
         }
+        if roles[k] == "unittype" {
+            out[k] = units::metres("the unit of its band", item.text.trim())?;
+            continue;
+        }
+        let number = item.text.trim().parse::<f64>().ok().filter(|n| n.is_finite());
+        out[k] = number.ok_or_else(|| {
+            let fact = format!("GDAL's metadata has `{}` for {}", item.text, roles[k]);
+            HeightsError::content(fact, "write a number")
+        })?;
     }
     Ok(out)
-}
-
-/// Where the nodes are.
-struct Frame {
-    spacing: [f64; 2],
-    origin: [f64; 2],
-    /// Metres of the unit of heights.
-    height_unit: f64,
-}
-
-/// What the keys of a GeoTIFF say.
-#[derive(Default)]
-struct Keys {
-    keys: Vec<[u16; 4]>,
-    doubles: Vec<f64>,
-}
-
-/// GTModelType, GTRasterType, and units of the projection and of heights.
-const MODEL: u16 = 1024;
-const RASTER: u16 = 1025;
-const LINEAR: u16 = 3076;
-const LINEAR_SIZE: u16 = 3077;
-const VERTICAL: u16 = 4099;
-/// The standard's `user-defined`.
-const OWN: u16 = 32767;
-
-impl Keys {
-    fn read<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Keys, HeightsError> {
-        let Some(directory) = decoder.find_tag(Tag::GeoKeyDirectoryTag)? else {
-            return Ok(Keys::default());
-        };
-        let words = directory.into_u16_vec()?;
-        let doubles = decoder.find_tag(Tag::GeoDoubleParamsTag)?.map(|v| v.into_f64_vec());
-        let keys = words.get(4..).unwrap_or_default().chunks_exact(4);
-        let keys = keys.map(|k| [k[0], k[1], k[2], k[3]]).collect();
-        Ok(Keys { keys, doubles: doubles.transpose()?.unwrap_or_default() })
-    }
-
-    fn short(&self, key: u16) -> Option<u16> {
-        self.keys.iter().find(|k| k[0] == key && k[1] == 0).map(|k| k[3])
-    }
-
-    /// Metres of the unit that a key says.
-    fn unit(&self, key: u16, what: &str) -> Result<f64, HeightsError> {
-        let Some(code) = self.short(key).filter(|c| *c != 0) else { return Ok(1.0) };
-        let own = self.keys.iter().find(|k| k[0] == LINEAR_SIZE).map(|k| usize::from(k[3]));
-        let size = match (code, own) {
-            (OWN, Some(at)) if key == LINEAR => self.doubles.get(at).copied(),
-            (code, _) => units::epsg(code),
-        };
-        size.filter(|s| *s > 0.0 && s.is_finite()).ok_or_else(|| {
-            let fact = format!("the unit {code} (EPSG) of {what} is not known here");
-            HeightsError::content(fact, "project it to metres (`gdalwarp -t_srs`)")
-        })
-    }
-}
-
-fn frame<R: Read + Seek>(
-    decoder: &mut Decoder<R>,
-    ny: usize,
-    options: &HeightsOptions,
-) -> Result<Frame, HeightsError> {
-    let keys = Keys::read(decoder)?;
-    let height_unit = keys.unit(VERTICAL, "heights")?;
-    if let Some(spacing) = options.spacing {
-        return Ok(Frame { spacing, origin: [0.0, 0.0], height_unit });
-    }
-    let (spacing, [x, y]) = placed(decoder, &keys)?;
-    match keys.short(MODEL) {
-        Some(2) => return Err(HeightsError::Degrees { x: spacing[0], y: spacing[1] }),
-        Some(3) => {
-            return Err(HeightsError::content(
-                "its coordinates are geocentric",
-                "project it to metres (`gdalwarp -t_srs`)",
-            ));
-        }
-        _ => {}
-    }
-    let unit = keys.unit(LINEAR, "coordinates")?;
-    // The centre of the pixel in column 0 of the last row.
-    let south = y - (ny as f64 - 1.0) * spacing[1];
-    Ok(Frame { spacing: spacing.map(|s| s * unit), origin: [x * unit, south * unit], height_unit })
-}
-
-/// Spacing, and where the north-west node is, in the file's unit.
-fn placed<R: Read + Seek>(
-    decoder: &mut Decoder<R>,
-    keys: &Keys,
-) -> Result<([f64; 2], [f64; 2]), HeightsError> {
-    let mut list = |tag| decoder.find_tag(tag)?.map(|v| v.into_f64_vec()).transpose();
-    let (scale, tie) = (list(Tag::ModelPixelScaleTag)?, list(Tag::ModelTiepointTag)?);
-    let matrix = list(Tag::ModelTransformationTag)?;
-    let centre = if keys.short(RASTER) == Some(2) { 0.0 } else { 0.5 };
-    let (sx, sy, x, y) = match (scale.as_deref(), tie.as_deref(), matrix.as_deref()) {
-        (Some([sx, sy, ..]), Some([i, j, _, x, y, ..]), _) => {
-            (*sx, *sy, x + (centre - i) * sx, y - (centre - j) * sy)
-        }
-        (Some([sx, sy, ..]), _, _) => (*sx, *sy, 0.0, 0.0),
-        (None, _, Some([a, b, _, x, c, d, _, y, ..])) => {
-            if *b != 0.0 || *c != 0.0 {
-                return Err(HeightsError::content(
-                    "its rows are turned against its coordinates",
-                    "warp it so that north is up (`gdalwarp`)",
-                ));
-            }
-            (*a, -*d, x + centre * a, y + centre * d)
-        }
-        _ => return Err(HeightsError::NoScale { what: "the TIFF" }),
-    };
-    if !(x.is_finite() && y.is_finite()) {
-        return Err(HeightsError::content("its tie point is no place", "write it anew"));
-    }
-    Ok(([length("pixel scale", sx)?, length("pixel scale", sy)?], [x, y]))
 }

@@ -52,7 +52,7 @@ pub(super) fn png_heights(bytes: &[u8], options: &HeightsOptions) -> Result<Heig
             heights[(ny - 1 - row) * nx + column] = if opaque == 0.0 { f32::NAN } else { h as f32 };
         }
     }
-    Ok(Heights { nx, ny, heights, spacing, origin: [0.0, 0.0] })
+    Ok(Heights { nx, ny, heights, datum: 0.0, spacing, origin: [0.0, 0.0] })
 }
 
 /// Heights of an uncompressed BMP.
@@ -131,5 +131,5 @@ pub(super) fn bmp(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, Hei
             heights[j * nx + column] = (black + grey * (white - black)) as f32;
         }
     }
-    Ok(Heights { nx, ny, heights, spacing, origin: [0.0, 0.0] })
+    Ok(Heights { nx, ny, heights, datum: 0.0, spacing, origin: [0.0, 0.0] })
 }

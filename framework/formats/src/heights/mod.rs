@@ -2,8 +2,8 @@
 //! images of the Planetary Data System (PDS3, PDS4).
 //!
 //! Every reader gives [`Heights`]: a regular grid in metres, x east, y north, the southern row first, NaN where there is
-//! no data. A file in degrees is refused, since a degree is no length: it has to be projected, or `spacing` says what its
-//! nodes are apart. Memory is taken for what a file holds, not for what it says it holds.
+//! no data. Of a file in degrees the distance of nodes is that in the middle of the map, when the file says its ellipsoid and the
+//! map is not too tall for one distance; other files in degrees are rejected. Memory is taken for what a file holds, not for what it says it holds.
 //! ```text
 //! GeoTIFF  h = sample · scale + offset        x = x_t + (column − i) s_x,  y = y_t − (row − j) s_y
 //! PNG, BMP h = h_black + grey (h_white − h_black),  grey from 0 to 1
@@ -22,6 +22,9 @@
 //! ```
 
 mod ascii;
+mod datum;
+mod degrees;
+mod epsg;
 mod geotiff;
 mod grey;
 mod pds3;
@@ -43,8 +46,10 @@ pub struct Heights {
     pub nx: usize,
     /// Nodes along y.
     pub ny: usize,
-    /// Heights (m): x fastest, the southern row first, NaN where there is no data.
+    /// Heights above the datum (m): x fastest, the southern row first; NaN marks nodes without data.
     pub heights: Vec<f32>,
+    /// The datum (m), so that no digits are lost far from zero: 0 for heights below 16 km, else a whole number of metres near the first height.
+    pub datum: f64,
     /// Distance of nodes along x and y (m).
     pub spacing: [f64; 2],
     /// x, y of the south-west node (m); zero when the file does not say.

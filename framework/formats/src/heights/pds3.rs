@@ -270,9 +270,9 @@ fn assemble(
         Some(spacing) => (spacing, [0.0, 0.0]),
         None => frame(label, array.lines)?,
     };
-    let heights = samples::heights(data, &array)?;
+    let (heights, datum) = samples::heights(data, &array)?;
     let (nx, ny) = (array.columns as usize, array.lines as usize);
-    Ok(Heights { nx, ny, heights, spacing, origin })
+    Ok(Heights { nx, ny, heights, datum, spacing, origin })
 }
 
 /// The image of a detached label, whose data file is asked for by the name that it says.

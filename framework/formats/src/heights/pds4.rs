@@ -180,9 +180,9 @@ pub(super) fn labelled(
             (spacing, origin_of(&label, spacing, lines)?)
         }
     };
-    let heights = samples::heights(&data, &array)?;
+    let (heights, datum) = samples::heights(&data, &array)?;
     let (nx, ny) = (columns as usize, lines as usize);
-    Ok(Heights { nx, ny, heights, spacing, origin })
+    Ok(Heights { nx, ny, heights, datum, spacing, origin })
 }
 
 /// Distance of nodes (m), from the cartography.

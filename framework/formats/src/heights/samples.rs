@@ -1,6 +1,6 @@
 //! Arrays of samples as binary data: integers and floating-point numbers of either order of bytes.
 
-use super::{HeightsError, bounded};
+use super::{HeightsError, bounded, datum};
 
 /// Type of a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,8 +105,8 @@ fn one(raw: &[u8], sample: Sample, order: Order) -> (f64, u64) {
     (value, bits)
 }
 
-/// Heights of an array (m), the southern row first.
-pub(super) fn heights(bytes: &[u8], array: &Array) -> Result<Vec<f32>, HeightsError> {
+/// Heights of an array above a datum (m), the southern row first; and the datum.
+pub(super) fn heights(bytes: &[u8], array: &Array) -> Result<(Vec<f32>, f64), HeightsError> {
     let (nx, ny) = (array.columns, array.lines);
     bounded(bytes.len() as u64, nx, ny, 1)?;
     let size = array.sample.bytes();
@@ -117,7 +117,7 @@ pub(super) fn heights(bytes: &[u8], array: &Array) -> Result<Vec<f32>, HeightsEr
         return Err(HeightsError::Short { bytes: bytes.len() as u64, nx, ny });
     }
     let (nx, ny) = (nx as usize, ny as usize);
-    let mut heights = vec![0.0; nx * ny];
+    let (mut heights, mut datum) = (vec![0.0; nx * ny], None);
     for k in 0..ny {
         let at = (array.start + k as u64 * line + before) as usize;
         let j = if array.first == First::North { ny - 1 - k } else { k };
@@ -126,8 +126,11 @@ pub(super) fn heights(bytes: &[u8], array: &Array) -> Result<Vec<f32>, HeightsEr
             let (value, bits) = one(raw, array.sample, array.order);
             let gone = !value.is_finite() || array.missing.iter().any(|m| m.is(value, bits));
             let h = value * array.scale + array.offset;
-            heights[j * nx + i] = if gone { f32::NAN } else { h as f32 };
+            heights[j * nx + i] = match gone {
+                true => f32::NAN,
+                false => (h - *datum.get_or_insert_with(|| datum::of(h))) as f32,
+            };
         }
     }
-    Ok(heights)
+    Ok((heights, datum.unwrap_or(0.0)))
 }

@@ -15,7 +15,9 @@ pub struct Map<'a> {
     pub spacing: [f64; 2],
     /// x, y of the south-west node (m).
     pub origin: [f64; 2],
-    /// Gives the heights of a row (m), counted from the southern edge.
+    /// Height above which heights are given (m); a GeoTIFF has it as the offset of its band, an ASCII grid adds it to its heights.
+    pub datum: f64,
+    /// Gives the heights of a row above the datum (m), counted from the southern edge.
     pub row: &'a mut dyn FnMut(usize, &mut [f32]) -> std::io::Result<()>,
 }
 
@@ -90,6 +92,13 @@ pub fn write_geotiff(out: &mut (impl Write + Seek), map: &mut Map<'_>) -> std::i
         34735,
         &[1, 1, 0, 4, 1024, 0, 1, 1, 1025, 0, 1, 2, 3072, 0, 1, 32767, 3076, 0, 1, 9001],
     );
+    if map.datum != 0.0 {
+        let offset = format!(
+            "<GDALMetadata><Item name=\"OFFSET\" sample=\"0\" role=\"offset\">{}</Item></GDALMetadata>\0",
+            map.datum
+        );
+        directory.bytes(42112, offset.as_bytes());
+    }
     directory.bytes(42113, b"nan\0");
     directory.write(out)
 }
@@ -200,7 +209,8 @@ pub fn write_ascii(out: &mut impl Write, map: &mut Map<'_>) -> std::io::Result<(
             .iter()
             .map(|h| match h.is_nan() {
                 true => format!("{:e}", f32::MIN),
-                false => h.to_string(),
+                false if map.datum == 0.0 => h.to_string(),
+                false => (f64::from(*h) + map.datum).to_string(),
             })
             .collect();
         writeln!(out, "{}", words.join(" "))?;

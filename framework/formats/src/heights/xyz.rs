@@ -5,7 +5,7 @@
 //! Columns are separated by blanks, commas or semicolons. Lines that begin with `#` or `//` are notes, and the first line may
 //! name the columns. Nodes that no point names have no data.
 
-use super::{Heights, HeightsError, HeightsOptions, NODES_MAX, bounded, length, text};
+use super::{Heights, HeightsError, HeightsOptions, NODES_MAX, bounded, datum, length, text};
 
 /// How far from a node a point may be, in distances of nodes: digits that were cut off.
 const ASIDE: f64 = 0.01;
@@ -17,6 +17,7 @@ const EMPTY: u64 = 100;
 pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, HeightsError> {
     let whole = text(bytes);
     let mut points: Vec<([f64; 2], f32, u32)> = Vec::new();
+    let mut datum = None;
     let mut begun = false;
     for (at, line) in whole.lines().enumerate() {
         if points.len() as u64 == NODES_MAX {
@@ -38,7 +39,8 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
         let three = (numbers.next(), numbers.next(), numbers.next(), numbers.next());
         match three {
             (Some(Ok(x)), Some(Ok(y)), Some(Ok(z)), None) if x.is_finite() && y.is_finite() => {
-                points.push(([x, y], z as f32, at as u32 + 1));
+                let datum: f64 = *datum.get_or_insert_with(|| datum::of(z));
+                points.push(([x, y], (z - datum) as f32, at as u32 + 1));
             }
             _ if !begun && words().all(|w| w.parse::<f64>().is_err()) => {}
             _ => {
@@ -88,7 +90,7 @@ pub(super) fn points(bytes: &[u8], options: &HeightsOptions) -> Result<Heights, 
         Some(spacing) => (spacing, [0.0, 0.0]),
         None => (axes.map(|a| a.spacing), axes.map(|a| a.first)),
     };
-    Ok(Heights { nx, ny, heights, spacing, origin })
+    Ok(Heights { nx, ny, heights, datum: datum.unwrap_or(0.0), spacing, origin })
 }
 
 #[derive(Clone, Copy)]

@@ -42,6 +42,8 @@ pub struct MechanismSpec {
     pub gravity: Option<String>,
     /// Path of the terrain that contact meets; `None`: the only one, if there is one; `"none"`: contact meets no terrain.
     pub terrain: Option<String>,
+    /// Friction of terrain that has no soil, when the file writes one for all contact.
+    pub ground_friction: Option<f64>,
     /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
     pub treatments: BTreeMap<String, Treatment>,
     /// Prescribed subhinges of loops at the start. Gaps are found, whatever stands in their places.
@@ -91,6 +93,7 @@ impl MechanismSpec {
             starts: Vec::new(),
             gravity: None,
             terrain: None,
+            ground_friction: None,
             treatments: BTreeMap::new(),
             closings: BTreeMap::new(),
             contact: None,
@@ -150,15 +153,26 @@ pub struct KinematicSpec {
     pub origin: Origin,
 }
 
-/// A terrain as a collider of the world: triangles between the points of its grid, smooth for what rolls, with the friction of its soil at each place.
-fn ground(terrain: &Arc<dyn Terrain>) -> Result<ColliderSpec, BuildError> {
-    terrain.needs_soil()?;
+/// A terrain as a collider of the world: triangles between the points of its grid, smooth for what rolls, with the friction of its soil at each place;
+/// without a soil `friction`.
+fn ground(terrain: &Arc<dyn Terrain>, friction: Option<f64>) -> Result<ColliderSpec, BuildError> {
+    if friction.is_none() {
+        terrain.needs_soil().map_err(|e| {
+            let help = e.help.clone().unwrap_or_default();
+            e.help(format!(
+                "{help}; or `friction: 0.6` in `contact`, which is then that of the ground"
+            ))
+        })?;
+    }
     let s = terrain.nodes()?;
     let middle = |axis: usize, n: usize| s.origin[axis] + 0.5 * (n as f64 - 1.0) * s.spacing[axis];
     let [x, y] = [middle(0, s.nx), middle(1, s.ny)];
-    let soils = terrain.clone();
+    let (soils, known) = (terrain.clone(), terrain.has_soil());
     let varies = Varies(Arc::new(move |p| Material {
-        friction: soils.soil(p.x + x, p.y + y).friction,
+        friction: match friction {
+            Some(friction) if !known => friction,
+            _ => soils.soil(p.x + x, p.y + y).friction,
+        },
         restitution: 0.0,
     }));
     let heights = s.heights.iter().map(|h| f64::from(*h)).collect();
@@ -361,7 +375,7 @@ impl MechanismSpec {
                 return here;
             }
         };
-        let ground = match ground(terrain.object()) {
+        let ground = match ground(terrain.object(), self.ground_friction) {
             Ok(ground) => ground,
             Err(e) => {
                 let help = e.help.unwrap_or_default();

@@ -102,7 +102,7 @@ impl Table {
         Self::checked("table", numbered, kind, outside, gas)
     }
 
-    /// From text with columns under headings, apart by commas or blanks. `file` is the name for messages.
+    /// From text with columns under headings, apart by commas, semicolons or blanks. `file` is the name for messages.
     ///
     /// # Errors
     /// A heading that is not there, rows that are too short or no numbers, and as [`Table::new`].
@@ -239,7 +239,11 @@ pub(super) fn headings(text: &str) -> Vec<&str> {
 }
 
 fn words(line: &str) -> Vec<&str> {
-    if line.contains(',') {
+    // Spreadsheets begin a file with a byte order mark.
+    let line = line.trim_start_matches('\u{feff}');
+    if line.contains(';') {
+        line.split(';').map(str::trim).collect()
+    } else if line.contains(',') {
         line.split(',').map(str::trim).collect()
     } else {
         line.split_whitespace().collect()
