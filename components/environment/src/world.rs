@@ -95,7 +95,7 @@ pub struct WorldParams {
     /// Date of t = 0, such as 2012-08-06 05:17:57 UTC (or TAI, TT, TDB).
     #[param(default = None)]
     pub epoch: Option<String>,
-    /// SPK kernel (.bsp, types 2 and 3, such as de440.bsp of NAIF) by which Sun, Moon and planets move; default: by series for
+    /// SPK kernel (.bsp, such as de440.bsp of NAIF, or one of a small body or spacecraft: types 1, 2, 3, 8, 9, 12, 13, 21) by which Sun, Moon and planets move; default: by series for
     /// 1900 to 2100 (Sun, Earth, Moon, some km) and ellipses for 1800 to 2050 (planets, 27″ for Mars).
     #[param(default = None)]
     pub kernel: Option<String>,

@@ -12,11 +12,13 @@
 //! past J2000 in two parts, as [`crate::planet::Epoch::tdb_days`] gives it. [`Ephemeris`] is the door for
 //! kernels ([`Spk`]); [`Sampled`] makes any of them fast for one simulation.
 
+mod differences;
 mod kepler;
 mod low;
 mod sampled;
 mod series;
 mod spk;
+mod states;
 
 pub use kepler::{OBLIQUITY_J2000, planet};
 pub use low::{moon_low, sun_low};

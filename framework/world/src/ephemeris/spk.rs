@@ -1,15 +1,19 @@
-//! SPK kernels of NAIF, types 2 and 3: Chebyshev polynomials in a DAF file, such as DE440.
+//! SPK kernels of NAIF in DAF files: Chebyshev polynomials (types 2 and 3, such as DE440), states with Lagrange or Hermite interpolation (8, 9, 12, 13:
+//! spacecraft) and difference lines (1, 21: small bodies of Horizons).
 //!
 //! NAIF, *DAF Required Reading* and *SPK Required Reading*:
 //! ```text
 //! record 1 of 1024 bytes   "DAF/SPK", ND = 2, NI = 6, first record of summaries, "LTL-IEEE" or "BIG-IEEE"
 //! summaries                next, previous, count; for each two times (TDB seconds past J2000) and
 //!                          target, centre, frame, type, first and last address (of 8 bytes, from 1)
-//! segment                  records of (middle, half length, coefficients of x, y, z[, ẋ, ẏ, ż]);
+//! segment of type 2, 3     records of (middle, half length, coefficients of x, y, z[, ẋ, ẏ, ż]);
 //!                          at the end: first time, length of a record's interval, record size, count
+//! other types              `states`, `differences`
 //! ```
 //! Kilometres in the file, metres here. The whole file is read at once: no memory is taken later.
 
+use super::differences::Differences;
+use super::states::States;
 use super::{Body, Ephemeris, date, seconds};
 use crate::error::WorldError;
 use crate::planet::PointMotion;
@@ -26,6 +30,23 @@ pub struct SpkSegment {
     pub centre: i32,
     /// First and last TDB second past J2000.
     pub range: [f64; 2],
+    records: Records,
+}
+
+/// What a segment holds, by its type.
+#[derive(Clone, Debug, PartialEq)]
+enum Records {
+    /// Types 2 and 3.
+    Chebyshev(Chebyshev),
+    /// Types 8, 9, 12 and 13.
+    States(States),
+    /// Types 1 and 21.
+    Differences(Differences),
+}
+
+/// Chebyshev polynomials over intervals of one length (s).
+#[derive(Clone, Debug, PartialEq)]
+struct Chebyshev {
     velocities: bool,
     init: f64,
     length: f64,
@@ -37,6 +58,8 @@ pub struct SpkSegment {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spk {
     segments: Vec<SpkSegment>,
+    /// Body, axes and type of the segments that are not read.
+    unread: Vec<[i32; 3]>,
 }
 
 fn wrong(file: &str, fact: impl Into<String>, help: &'static str) -> WorldError {
@@ -80,7 +103,8 @@ impl Spk {
     /// Reads a kernel from its bytes; `file` is the name for messages.
     ///
     /// # Errors
-    /// What is no SPK, is cut, or holds no segment of type 2 or 3 in J2000 axes (others are passed over).
+    /// A file that is not an SPK kernel, is cut, or holds no segment of a type that is read in J2000 axes. Other segments are left out; an error
+    /// about a body that is missing names them.
     pub fn parse(file: &str, data: &[u8]) -> Result<Self, WorldError> {
         if !data.starts_with(b"DAF/SPK ") {
             return Err(wrong(
@@ -105,7 +129,7 @@ impl Spk {
         if (b.int(8)?, b.int(12)?) != (2, 6) {
             return Err(wrong(file, "ND, NI are not 2, 6", "give an SPK kernel (.bsp)"));
         }
-        let mut segments = Vec::new();
+        let (mut segments, mut unread) = (Vec::new(), Vec::new());
         let mut record = b.index(76, "the first record of summaries")?;
         // Each record is visited once: a ring in a damaged file ends too.
         for _ in 0..data.len() / RECORD + 1 {
@@ -115,16 +139,20 @@ impl Spk {
             let at = (record - 1).saturating_mul(RECORD);
             let count = b.double(at.saturating_add(16))? as usize;
             for k in 0..count.min(25) {
-                segments.extend(segment(&b, at + 24 + 40 * k)?);
+                match segment(&b, at + 24 + 40 * k)? {
+                    Ok(segment) => segments.push(segment),
+                    Err(left_out) => unread.push(left_out),
+                }
             }
             record = b.double(at)? as usize;
         }
         if segments.is_empty() {
-            let help = "types 2 and 3 in J2000 are read: planets, not small bodies or spacecraft";
-            return Err(wrong(file, "no segment of a type that is known", help));
+            let help = "types 1, 2, 3, 8, 9, 12, 13 and 21 in J2000 axes are read; NAIF's `spkmerge` or Horizons write them";
+            let fact = format!("no segment of a type that is read; it has {}", told(&unread));
+            return Err(wrong(file, fact, help));
         }
         segments.reverse();
-        Ok(Self { segments })
+        Ok(Self { segments, unread })
     }
 
     /// What the kernel holds.
@@ -205,7 +233,10 @@ impl Spk {
         let bodies = self.bodies();
         if let Some(body) = [target, origin].into_iter().find(|body| !bodies.contains(body)) {
             let list: Vec<String> = bodies.iter().map(i32::to_string).collect();
-            let fact = format!("the kernel has no body {body}; it has {}", list.join(", "));
+            let mut fact = format!("the kernel has no body {body}; it has {}", list.join(", "));
+            if self.unread.iter().any(|u| u[0] == body) {
+                fact += &format!("; not read: {}", told(&self.unread));
+            }
             let help = "take a kernel with this body, by NAIF's number: planets are in de440.bsp";
             return WorldError::Uncovered { fact, help };
         }
@@ -252,38 +283,75 @@ impl Ephemeris for Spk {
     }
 }
 
-/// One segment from its summary; `None` for types and axes that are not read.
-fn segment(b: &Bytes, at: usize) -> Result<Option<SpkSegment>, WorldError> {
+/// Names segments that are not read.
+fn told(unread: &[[i32; 3]]) -> String {
+    let mut all: Vec<String> = unread
+        .iter()
+        .map(|[body, axes, kind]| format!("body {body} by type {kind} in axes {axes}"))
+        .collect();
+    all.dedup();
+    if all.is_empty() { "none".into() } else { all.join(", ") }
+}
+
+/// One segment from its summary; body, axes and type of one that is not read.
+fn segment(b: &Bytes, at: usize) -> Result<Result<SpkSegment, [i32; 3]>, WorldError> {
     let range = [b.double(at)?, b.double(at + 8)?];
     let (target, centre) = (b.int(at + 16)?, b.int(at + 20)?);
-    let (frame, kind) = (b.int(at + 24)?, b.int(at + 28)?);
-    if frame != 1 || !matches!(kind, 2 | 3) {
-        return Ok(None);
+    let (axes, kind) = (b.int(at + 24)?, b.int(at + 28)?);
+    // J2000 alone: other axes would have to be turned.
+    if axes != 1 || !matches!(kind, 1 | 2 | 3 | 8 | 9 | 12 | 13 | 21) {
+        return Ok(Err([target, axes, kind]));
     }
     let (first, last) = (b.index(at + 32, "an address")?, b.index(at + 36, "an address")?);
     let name = format!("segment of {target} about {centre}");
     if first == 0 || last < first + 4 {
         return Err(wrong(b.file, format!("{name}: addresses {first} to {last}"), "it is damaged"));
     }
-    let word = |k: usize| b.double((k - 1) * 8);
-    let (init, length) = (word(last - 3)?, word(last - 2)?);
-    let (size, count) = (word(last - 1)? as usize, word(last)? as usize);
-    let parts = if kind == 3 { 6 } else { 3 };
-    let fits = count > 0
-        && size > 2 + parts
-        && (size - 2).is_multiple_of(parts)
-        && size.checked_mul(count) == Some(last - first - 3);
-    if !fits || !(length > 0.0) {
-        let fact = format!("{name}: {count} records of {size} numbers do not fill it");
-        return Err(wrong(b.file, fact, "it is damaged"));
+    let words =
+        (first..=last).map(|k| b.double((k - 1) * 8)).collect::<Result<Vec<f64>, WorldError>>()?;
+    let records = match kind {
+        2 | 3 => Chebyshev::read(words, kind).map(Records::Chebyshev),
+        8 | 9 | 12 | 13 => States::read(words, kind).map(Records::States),
+        _ => Differences::read(words, kind).map(Records::Differences),
+    };
+    match records {
+        Ok(records) => Ok(Ok(SpkSegment { target, centre, range, records })),
+        Err(fact) => Err(wrong(b.file, format!("{name}: {fact}"), "it is damaged")),
     }
-    let data = (first..=last - 4).map(word).collect::<Result<Vec<f64>, WorldError>>()?;
-    Ok(Some(SpkSegment { target, centre, range, velocities: kind == 3, init, length, size, data }))
 }
 
 impl SpkSegment {
     /// Position and velocity at `et`, which must be in the range.
     fn at(&self, et: f64) -> PointMotion {
+        let [position, velocity] = match &self.records {
+            Records::Chebyshev(records) => records.at(et),
+            Records::States(records) => records.at(et),
+            Records::Differences(records) => records.at(et),
+        };
+        PointMotion { position: position * 1000.0, velocity: velocity * 1000.0 }
+    }
+}
+
+impl Chebyshev {
+    /// The words of a segment; the error is the fact.
+    fn read(mut words: Vec<f64>, kind: i32) -> Result<Chebyshev, String> {
+        let n = words.len();
+        let (init, length) = (words[n - 4], words[n - 3]);
+        let (size, count) = (words[n - 2] as usize, words[n - 1] as usize);
+        let parts = if kind == 3 { 6 } else { 3 };
+        let fits = count > 0
+            && size > 2 + parts
+            && (size - 2).is_multiple_of(parts)
+            && size.checked_mul(count) == Some(n - 4);
+        if !fits || !(length > 0.0) {
+            return Err(format!("{count} records of {size} numbers do not fill it"));
+        }
+        words.truncate(n - 4);
+        Ok(Chebyshev { velocities: kind == 3, init, length, size, data: words })
+    }
+
+    /// Position (km) and velocity (km/s).
+    fn at(&self, et: f64) -> [Vec3; 2] {
         let count = self.data.len() / self.size;
         let k = (((et - self.init) / self.length).max(0.0) as usize).min(count - 1);
         let record = &self.data[k * self.size..][..self.size];
@@ -293,14 +361,14 @@ impl SpkSegment {
         let (mut p, mut v) = (Vec3::zeros(), Vec3::zeros());
         for axis in 0..3 {
             let (value, slope) = chebyshev(&record[2 + axis * n..][..n], x);
-            p[axis] = value * 1000.0;
+            p[axis] = value;
             v[axis] = if self.velocities {
-                chebyshev(&record[2 + (axis + 3) * n..][..n], x).0 * 1000.0
+                chebyshev(&record[2 + (axis + 3) * n..][..n], x).0
             } else {
-                slope / half * 1000.0
+                slope / half
             };
         }
-        PointMotion { position: p, velocity: v }
+        [p, v]
     }
 }
 
