@@ -1,4 +1,4 @@
-//! What the readers make of files, as JSON: for the comparison with other programs in `tests/differential`.
+//! Prints descriptions of files as JSON, for the comparison with other programs in `tests/differential`.
 //!
 //! Each line of the standard input is a JSON object `{"file": "..", "states": [{"q": {..}, "v": {..}}]}`; each line of the
 //! output belongs to one of them. A state gives the coordinates and rates of joints by name, as MuJoCo counts them: a
@@ -112,7 +112,7 @@ fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().map(|a| a.iter().filter_map(Value::as_f64).collect()).unwrap_or_default()
 }
 
-/// Rates of this engine from those of the file: ν = T ν'; and ν̇ for ν̇' = 0.
+/// Rates ν of this engine from rates ν' of MuJoCo: ν = T ν'. `drift` is ν̇ for ν̇' = 0.
 struct Rates {
     T: DMatrix<f64>,
     drift: DVector<f64>,

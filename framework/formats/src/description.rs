@@ -111,7 +111,7 @@ impl Filter {
 /// Collision shapes in classes whose members meet the same classes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CollisionClasses {
-    /// The class of each shape of the description; that of visual shapes says nothing.
+    /// The class of each shape of the description; the class of a visual shape has no meaning.
     pub of: Vec<usize>,
     /// The classes that each class meets.
     pub meets: Vec<Vec<usize>>,
@@ -270,8 +270,8 @@ impl std::fmt::Display for Ignored {
 }
 
 impl Description {
-    /// The classes of collision shapes that follow from their filters and from `pairs`. The first class is that of the usual
-    /// filter.
+    /// The classes of collision shapes that follow from their filters and from `pairs`. The first class has the
+    /// usual filter.
     #[must_use]
     pub fn collision_classes(&self) -> CollisionClasses {
         let paired: BTreeSet<usize> = self.pairs.iter().flatten().copied().collect();
@@ -315,7 +315,7 @@ impl Description {
     #[must_use]
     pub fn coordinates(&self) -> BTreeMap<&str, HingeCoordinate> {
         let one = |j: &Joint| HingeCoordinate { body: j.body.clone(), subhinge: j.subhinge };
-        // Of joints with the same name the first counts, as in `coordinate`.
+        // The first of several joints with one name counts, as in `coordinate`.
         let all = self.joints.iter().rev().filter(|j| j.count == 1);
         all.map(|j| (j.name.as_str(), one(j))).collect()
     }

@@ -236,7 +236,7 @@ impl Groups {
             if class > 0 {
                 filters[class] = s.filter;
                 names[class] = format!("{:x}_{:x}", s.filter.category, s.filter.meets);
-                // Shapes of a pair are in a group of their own.
+                // Each shape of a pair has a separate group.
                 if d.pairs.iter().flatten().any(|p| *p == k) {
                     names[class] = format!("{}_{k}", names[class]);
                 }
@@ -270,7 +270,7 @@ impl Groups {
     }
 }
 
-/// What a colliding shape writes of its surface and groups.
+/// The fields that a colliding shape writes: its surface and its groups.
 fn surface_of(s: &BodyShape, groups: &ShapeGroups) -> Vec<(String, Located)> {
     let mut out = Vec::new();
     let texts =

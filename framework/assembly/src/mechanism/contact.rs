@@ -125,7 +125,7 @@ pub(crate) fn read(
     out
 }
 
-/// Pairs that do not meet, as assemblies say it of their own bodies and colliders.
+/// Pairs in `ignore` of all assemblies, with full names.
 fn own_pairs(
     cx: &mut Cx,
     root: &Instance,

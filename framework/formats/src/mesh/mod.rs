@@ -15,7 +15,7 @@ use std::path::{Component, Path, PathBuf};
 pub const MESH_FILES: [&str; 5] = ["stl", "obj", "dae", "gltf", "glb"];
 
 /// Corners of the triangles of a mesh file, three for each, in the file's unit of length (COLLADA: m). The ending of its
-/// name says what it is. Of an OBJ file without faces: its vertices.
+/// name says what it is. An OBJ file without faces gives its vertices.
 ///
 /// # Errors
 /// Why it cannot be read, in words.

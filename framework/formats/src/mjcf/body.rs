@@ -243,7 +243,7 @@ impl<'e> Mj<'e> {
         Some(out)
     }
 
-    /// What a joint allows, its axis in the body.
+    /// Returns the kind of a joint, with its axis in the body.
     fn joint_kind(
         &self,
         cx: &mut Cx<'_>,
@@ -276,7 +276,7 @@ impl<'e> Mj<'e> {
         })
     }
 
-    /// Reports what a free joint has, by itself or from its class, and does not use.
+    /// Reports attributes of a free joint, its own or those of its class, that are not used.
     fn free_joint(&self, cx: &mut Cx<'_>, e: &Element, what: &str, data: &Joint) {
         for (name, value) in [("stiffness", data.stiffness), ("frictionloss", data.friction)] {
             if value != 0.0 {
@@ -302,7 +302,7 @@ impl<'e> Mj<'e> {
         }
     }
 
-    /// The numbers of a range that holds. By `autolimits` it does when the first is below the second.
+    /// The numbers of a range that holds. With `autolimits`, a range holds when its first number is below the second.
     fn range(
         &self,
         cx: &mut Cx<'_>,
@@ -460,8 +460,8 @@ fn chain(
     add(d, spec, &mut carried, &mut q, &mut moved);
 }
 
-/// A free joint as one subhinge. With armature or damping, which a free subhinge does not have, it is three sliders along
-/// the axes of the world and a ball: the same coordinates and rates.
+/// Returns a free joint as one subhinge. A free subhinge has no armature and no damping: a joint with either becomes three
+/// sliders along the axes of the world and a ball, which have the same coordinates and rates.
 fn free_subhinges(s: Subhinge) -> Vec<Subhinge> {
     if s.armature == 0.0 && s.damping == 0.0 {
         return vec![s];

@@ -1,7 +1,7 @@
 //! Default classes of an MJCF file.
 //!
-//! A class starts as a copy of the class around it, as that is when the class is read, and its own attributes then
-//! replace those of the copy. Later sections therefore change neither classes that were read before, nor their
+//! When a class is read, it starts as a copy of the class around it; its own attributes then replace the copied
+//! ones. Later sections therefore change neither classes that were read before, nor their
 //! children. An element that writes an orientation in one form replaces the orientation of its class in every form.
 
 use crate::error::FaultKind;
@@ -56,7 +56,7 @@ impl<'e> Classes<'e> {
             }
             for a in &kind.attributes {
                 let before = values.insert((&kind.name, &a.name), kind);
-                // What a later section of the same class writes again counts as read.
+                // An attribute that a later section of the class replaces counts as read.
                 if name == MAIN
                     && READ.contains(&kind.name.as_str())
                     && let Some(before) = before

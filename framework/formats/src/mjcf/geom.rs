@@ -19,7 +19,7 @@ use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, RigidInertia, V
 use std::f64::consts::PI;
 
 impl<'e> Mj<'e> {
-    /// Mass properties of a body: its `<inertial>`, or its geoms; at least those of `boundmass` and `boundinertia`.
+    /// Mass properties of a body from its `<inertial>` or its geoms, raised to `boundmass` and `boundinertia`.
     pub fn mass(
         &self,
         cx: &mut Cx<'_>,
@@ -305,7 +305,7 @@ pub(crate) fn solid(geometry: &Geometry) -> Option<(f64, Vec3)> {
     })
 }
 
-/// Area (m²) and moments of inertia for 1 kg about the centre (m²) of a thin shell; `None` for what has none here.
+/// Area (m²) and moments of inertia for 1 kg about the centre (m²) of a thin shell; `None` for planes and meshes.
 fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
     Some(match *geometry {
         Geometry::Sphere { radius: r } => (4.0 * PI * r * r, Vec3::repeat(r * r * 2.0 / 3.0)),

@@ -15,7 +15,7 @@ use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 use std::rc::Rc;
 
-/// Why there is no convex hull.
+/// The message about points that do not have a convex hull.
 const FLAT: &str = "its vertices are in one plane, or too many for a convex hull";
 
 /// Corners of a mesh, three for each triangle, as written; or why there are none, in words.
@@ -31,7 +31,7 @@ pub(super) struct MeshOf<'e> {
 }
 
 impl<'e> Mj<'e> {
-    /// Meshes by name: that of the file without its ending where none is written.
+    /// Collects meshes by name; default: the name of the file without its ending.
     pub(super) fn find_meshes(&mut self, asset: &'e Element) {
         for m in asset.all("mesh") {
             let file = m.attr("file").unwrap_or_default();
@@ -72,8 +72,8 @@ impl<'e> Mj<'e> {
         Some(MeshOf { name: name.to_owned(), asset, scale, pose })
     }
 
-    /// What is shown and collides: the file, with the frame of its vertices in the geom. `None`, and a note, of a mesh
-    /// that has no file.
+    /// Returns the file that is shown and collides, with the frame of its vertices in the geom. `None`, and a note, for a
+    /// mesh without a file.
     pub(super) fn mesh_geometry(
         &self,
         cx: &mut Cx<'_>,

@@ -14,7 +14,7 @@ impl<'e> Mj<'e> {
         Pose::new(self.rotation(cx, at, what).unwrap_or_else(Quat::identity), Vec3::from(p))
     }
 
-    /// The form in which the orientation of an element is written: its own, else that of its class.
+    /// Returns the form in which the orientation is written, by the element or else by its class.
     fn orientation(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Option<&'static str> {
         let own = |name: &&str| at.e.attributes.iter().any(|a| a.name == **name);
         let mut forms = ORIENTATIONS.into_iter().filter(own);

@@ -39,7 +39,7 @@ fn inside(cx: &mut Cx<'_>, e: &mut Element, settings: &Settings, left: &mut usiz
     }
 }
 
-/// The frames that stand in the place of one replication.
+/// Returns the frames that replace one replication.
 fn copies(cx: &mut Cx<'_>, e: &Element, settings: &Settings, left: &mut usize) -> Vec<Element> {
     let what = "<replicate>";
     if cx.required(e, "count", what).is_none() {

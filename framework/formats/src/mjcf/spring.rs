@@ -25,7 +25,7 @@ impl<'e> Mj<'e> {
         let at = self.classed(cx, i.e, i.class);
         let what = format!("joint `{name}`");
         let Some(both) = self.numbers::<2>(cx, at, "springdamper", &what) else { return };
-        // As in MuJoCo, numbers that are not both above zero mean none.
+        // MuJoCo ignores a pair unless both numbers are above zero.
         if both.iter().all(|x| *x > 0.0) {
             let place = self.attr(at, "springdamper").map_or(i.e.place(), |(_, place)| place);
             self.spring_dampers.push((name.to_owned(), both, place));

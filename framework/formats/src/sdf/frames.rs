@@ -181,7 +181,7 @@ impl<'e> Frames<'e> {
         let relative_to = Some(relative.unwrap_or_else(attached));
         let (attached_to, body) = (Some(attached()), Some(scope.body(name)));
         let key = format!("{}{name}", scope.prefix);
-        // The frame of a merged model is no node.
+        // The frame of a merged model does not become a node.
         let merged = e.attr("merged").is_some() && name.starts_with("_merged__");
         let (kind, placement) = match merged {
             true => ("merged", placement(e, scope, &what)),
@@ -270,7 +270,7 @@ impl<'e> Frames<'e> {
     ) -> Option<Pose> {
         let frame = &self.all[key];
         let Some(name) = &frame.placement else { return Some(frame.pose) };
-        // From the placement frame to the model: frames inside a model are relative to it in the end.
+        // This walks from the placement frame to the model, to which every frame inside is relative in the end.
         let mut at = self.find(cx, name)?;
         let mut X = Pose::identity();
         while at != key {

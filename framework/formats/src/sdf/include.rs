@@ -179,7 +179,7 @@ fn merged(model: Element) -> Vec<Element> {
     let mut proxy = Element::like(&model, "frame");
     proxy.set("name", frame.clone());
     proxy.set("attached_to", canonical);
-    // Without `relative_to` a frame is relative to what it is attached to; this one to the model around it.
+    // The pose of an include is relative to the model around it, not to the link that the frame is attached to.
     let mut pose = Element::like(&model, "pose");
     if let Some(own) = model.child("pose") {
         pose = own.clone();

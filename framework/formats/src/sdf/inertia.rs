@@ -14,10 +14,10 @@ use crate::xml::Element;
 use crate::{Geometry, mesh_corners};
 use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, RigidInertia, Vec3};
 
-/// Density of a collision that says nothing, kg/m³: that of water, the format's default.
+/// Default density of a collision, kg/m³: the density of water.
 const DENSITY: f64 = 1000.0;
 
-/// What is not written is 1 kg and 1 kg m², as in the format's specification, and listed.
+/// Reads mass properties. Defaults are 1 kg and 1 kg m², as in the format's specification; a note lists where they are used.
 pub(super) fn inertial(cx: &mut Cx<'_>, link: &Element, body: &str) -> MassProperties {
     let what = format!("link `{body}`");
     let Some(e) = link.child("inertial") else {

@@ -7,7 +7,7 @@ use crate::xml::Element;
 const OLDEST: (u32, u32) = (1, 0);
 const NEWEST: (u32, u32) = (1, 12);
 
-/// Since this version axes of joints are in the frame of the joint; before, in that of the model.
+/// Since this version, axes of joints are in the frame of the joint; before, they were in the frame of the model.
 const AXES_IN_JOINTS: (u32, u32) = (1, 5);
 
 /// `1.10` as (1, 10); `None` for other texts.

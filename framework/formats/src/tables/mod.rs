@@ -1,7 +1,7 @@
 //! Which elements and attributes the specifications of the formats have, and what becomes of each.
 //!
-//! The tables are text files next to this one, in the form that `mjcf.txt` describes. The readers mark what they read; what
-//! was not read is then listed with the words of the table: an element or attribute that is not in it is not part of the
+//! The tables are text files next to this one, in the form that `mjcf.txt` describes. The readers mark each element and
+//! attribute that they read. The rest is listed, and names that are not in the table are reported as not part of the
 //! format. Tests hold every line of the tables against the readers.
 
 #[cfg(test)]
@@ -96,7 +96,7 @@ impl Table {
         (known.count() > 0).then(|| format!("is not part of the format{near}"))
     }
 
-    /// The same for an attribute.
+    /// Why an attribute that was not read is not part of the format.
     pub fn strange_attribute(
         &self,
         parent: Option<&str>,
