@@ -415,14 +415,8 @@ fn collision_shapes_come_back_to_the_last_digit() {
         ("M/a", "egg", ShapeRole::Collision, Geometry::Ellipsoid { radii: [1.0, 2.0, 3.0] }),
     ];
     for (body, name, role, geometry) in all {
-        d.shapes.push(linkwork_formats::BodyShape {
-            body: body.into(),
-            name: name.into(),
-            role,
-            pose: r.pose(),
-            geometry,
-            color: None,
-        });
+        let shape = linkwork_formats::BodyShape::new(body, role, r.pose(), geometry);
+        d.shapes.push(linkwork_formats::BodyShape { name: name.into(), ..shape });
     }
     let made = Assembly::from_description("M", &d);
     assert_eq!(made.left_out.len(), 1, "{:?}", made.left_out);

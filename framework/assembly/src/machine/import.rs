@@ -175,13 +175,10 @@ pub(crate) fn with_imports(
 /// Adds pairs that do not meet to those that an assembly has.
 fn add_pairs(to: &mut Assembly, more: Option<Located>) {
     let Some(more) = more else { return };
-    match &mut to.ignore {
-        Some(Located { value: Value::List(own), .. }) => match more.value {
-            Value::List(pairs) => own.extend(pairs),
-            _ => {}
-        },
-        Some(_) => {} // reported where it is read
-        none => *none = Some(more),
+    match (&mut to.ignore, more.value) {
+        (Some(Located { value: Value::List(own), .. }), Value::List(pairs)) => own.extend(pairs),
+        (Some(_), _) => {} // reported where it is read
+        (none, value) => *none = Some(Located { value, origin: more.origin }),
     }
 }
 
