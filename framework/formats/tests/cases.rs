@@ -646,6 +646,7 @@ fn meshes_of_every_kind_have_the_corners_of_the_box() {
         ("b.obj", "v 1 2 3\nf 1 2 3", "line 2: a face names three or more vertices that are there"),
         ("a.dae", "<x/>", "not <COLLADA>"),
         ("a.gltf", "{}", "glTF version is none"),
+        ("a.msh", "no counts at all", "do not fit its length"),
     ] {
         let path = dir.path().join(name);
         std::fs::write(&path, text).unwrap();

@@ -1,8 +1,9 @@
-//! Mesh files: where they are, and the triangles in them (STL, OBJ, COLLADA, glTF).
+//! Mesh files: where they are, and the triangles in them (STL, OBJ, COLLADA, glTF, MSH of MuJoCo).
 
 mod dae;
 mod gltf;
 pub(crate) mod hull;
+mod msh;
 mod obj;
 pub(crate) mod solid;
 mod stl;
@@ -12,7 +13,7 @@ use linkwork_spatial::Vec3;
 use std::path::{Component, Path, PathBuf};
 
 /// Endings of the mesh files that are read.
-pub const MESH_FILES: [&str; 5] = ["stl", "obj", "dae", "gltf", "glb"];
+pub const MESH_FILES: [&str; 6] = ["stl", "obj", "dae", "gltf", "glb", "msh"];
 
 /// Corners of the triangles of a mesh file, three for each, in the file's unit of length (COLLADA: m). The ending of its
 /// name says what it is. An OBJ file without faces gives its vertices.
@@ -36,6 +37,7 @@ pub fn mesh_corners_of(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
         "obj" => obj::read(bytes),
         "dae" => dae::read(bytes),
         "gltf" | "glb" => gltf::read(bytes, path),
+        "msh" => msh::read(bytes),
         _ => stl::read(bytes),
     }?;
     match corners.iter().flatten().all(|x| x.is_finite()) {

@@ -2,10 +2,12 @@
 //!
 //! ```text
 //! Exact    Σ over tetrahedra (o, a, b, c):  V = a·(b×c)/6, signed        P = Σ V/20 (aaᵀ + bbᵀ + ccᵀ + ssᵀ), s = a + b + c
-//! Legacy   the same with |V|, about the centroid of the surface for V and the centre, then about that centre for P
+//! Legacy   the same with |V|
 //! Shell    Σ over triangles of area A:      P = Σ A/12 (aaᵀ + bbᵀ + ccᵀ + ssᵀ)
 //! J = tr(P) 1 − P
 //! ```
+//! The centre is computed with o at the centroid of the surface, then volume and P with o at the centre: MuJoCo does so,
+//! and of a surface with holes the result depends on o.
 //! `Legacy` is what MuJoCo computes unless a file asks for something else: it is the exact solid where the surface is
 //! star-shaped seen from its centroid, and counts parts twice elsewhere.
 
@@ -62,8 +64,14 @@ pub(crate) fn properties(corners: &[Vec3], filling: Filling) -> Option<Propertie
         centre = centre / volume + middle;
     }
     let mut P = Mat3::zeros();
+    if filling != Filling::Shell {
+        volume = 0.0;
+    }
     for (a, b, c) in faces() {
         let (a, b, c) = (a - centre, b - centre, c - centre);
+        if filling != Filling::Shell {
+            volume += weight(a, b, c);
+        }
         let s = a + b + c;
         let w = match filling {
             Filling::Shell => area(a, b, c) / 12.0,
@@ -72,5 +80,8 @@ pub(crate) fn properties(corners: &[Vec3], filling: Filling) -> Option<Propertie
         P += (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose()) * w;
     }
     let inertia = Mat3::identity() * P.trace() - P;
+    if !(volume > 0.0) {
+        return None;
+    }
     inertia.iter().all(|x| x.is_finite()).then_some(Properties { volume, centre, inertia })
 }
