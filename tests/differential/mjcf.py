@@ -319,8 +319,8 @@ def joints(m, answer, tolerance):
 
 def contacts(m, answer):
     # Meshes without a file and height fields do not collide here, with a warning.
-    odd = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD)
-    odd = {m.geom(i).name for i in range(m.ngeom) if m.geom_type[i] in odd}
+    odd = (int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+    odd = {m.geom(i).name for i in range(m.ngeom) if int(m.geom_type[i]) in odd}
     ours = {tuple(sorted(p)) for p in answer["contacts"] if not odd & set(p)}
     excluded = {int(s) for s in m.exclude_signature}
     pairs = {tuple(sorted((m.geom(a).name, m.geom(b).name))) for a, b in zip(m.pair_geom1, m.pair_geom2)}

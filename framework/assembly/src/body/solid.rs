@@ -392,14 +392,10 @@ fn mesh_shape(
             return None;
         };
         let (files, home) = at.near.or_else(|| nowhere(cx, at))?;
-        let Some(found) = files.data(&file.text, home) else { return missing(cx, &file, at) };
-        // A mesh that cannot be shown is reported here and not by the viewer in the middle of a run.
-        if let Err(why) = linkwork_formats::mesh_corners(Path::new(&found)) {
-            let message = format!("{}: `{}` cannot be read: {why}", at.what, file.text);
-            cx.fault(file.origin, message, "what is shown is an STL, OBJ, COLLADA or glTF file");
-            return None;
-        }
-        return Some(Seen::File { file: found, scale: mesh.scale });
+        return match files.data(&file.text, home) {
+            Some(file) => Some(Seen::File { file, scale: mesh.scale }),
+            None => missing(cx, &file, at),
+        };
     }
     let other = "vertices: [..], triangles: [..]";
     let vertices = file_corners(cx, mesh.file, mesh.scale, at, other)?;

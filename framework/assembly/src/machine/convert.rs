@@ -372,7 +372,8 @@ fn shape(s: &BodyShape, groups: &ShapeGroups, left_out: &mut Vec<String>) -> Opt
         Geometry::Mesh { path: Some(path), scale: [x, y, z], file }
             if (x == y && y == z) || *x * *y * *z > 0.0 =>
         {
-            if let Err(why) = mesh_corners(path) {
+            // A mesh that is only shown is reported by the warnings of a loaded simulation.
+            if let Some(Err(why)) = collides.then(|| mesh_corners(path)) {
                 left_out.push(format!("shape of `{}`: mesh `{file}`: {why}", s.body));
                 return None;
             }
