@@ -255,6 +255,16 @@ fn meshes_have_the_mass_that_mujoco_gives_them() {
     close(m, 200.0, 1e-15);
     let least = J.symmetric_eigenvalues().min();
     close(least, 12.0, 1e-12);
+    // The type of a geom is `sphere` unless it is written, with a mesh, too.
+    let fitted = format!(
+        r#"<mujoco><asset><mesh name="m" {TETRA}/></asset><worldbody><body name="b"><joint/><geom mesh="m"/></body></worldbody></mujoco>"#
+    );
+    assert!(
+        mjcf(&fitted).ignored.iter().any(|i| i.what.contains("a sphere that is fitted to a mesh"))
+    );
+    // Without geoms the inertial stays.
+    let text = r#"<mujoco><compiler inertiafromgeom="true"/><worldbody><body name="b"><joint/><inertial mass="3" pos="0 0 0" diaginertia="1 1 1"/></body></worldbody></mujoco>"#;
+    assert_eq!(mass(&mjcf(text).builder, "b").0, 3.0);
     // What cannot be computed is listed.
     let text = r#"<mujoco><asset><mesh name="m" file="none.stl"/></asset><worldbody><body><joint/><geom type="mesh" mesh="m" mass="1"/></body></worldbody></mujoco>"#;
     let why: Vec<String> = mjcf(text).ignored.iter().map(|i| i.what.clone()).collect();

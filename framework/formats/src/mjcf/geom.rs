@@ -33,7 +33,13 @@ impl<'e> Mj<'e> {
                 (i.e, self.inertial(cx, i, what))
             }
             (None, FromGeoms::Never) => (body, MassProperties::massless()),
-            _ => (body, self.mass_of_geoms(cx, inside, what)),
+            (given, _) => match (given, self.mass_of_geoms(cx, inside, what)) {
+                // As in MuJoCo, `inertiafromgeom` does not replace an inertial of a body without geoms.
+                (Some(i), none) if none == MassProperties::massless() => {
+                    (i.e, self.inertial(cx, i, what))
+                }
+                (_, mass) => (body, mass),
+            },
         };
         let [least_mass, least_moment] = self.settings.least;
         mass.mass = mass.mass.max(least_mass);
@@ -141,9 +147,7 @@ impl<'e> Mj<'e> {
 
     /// The type of a geom, and where it is written.
     fn kind(&self, i: &Inside<'e>, at: Classed<'e>) -> (&'e str, FilePlace) {
-        self.attr(at, "type").unwrap_or_else(|| {
-            (if self.attr(at, "mesh").is_some() { "mesh" } else { "sphere" }, i.e.place())
-        })
+        self.attr(at, "type").unwrap_or_else(|| ("sphere", i.e.place()))
     }
 
     /// The shapes that a geom is: what collides is also seen, unless its group is hidden.
@@ -227,7 +231,11 @@ impl<'e> Mj<'e> {
             }
         };
         if self.attr(at, "mesh").is_some() {
-            return None; // a primitive fitted to a mesh
+            let note = format!(
+                "a {kind} that is fitted to a mesh; write type=\"mesh\" for the mesh itself"
+            );
+            cx.ignored.push(i.e.ignored(what, note));
+            return None;
         }
         let between = self.numbers::<6>(cx, at, "fromto", what).filter(|_| needed >= 2);
         let needed = if between.is_some() { 1 } else { needed };
