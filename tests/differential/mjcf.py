@@ -11,7 +11,6 @@ from common import Linkwork, differs, rotation
 LINKWORK = None
 FOLDER = pathlib.Path(tempfile.mkdtemp())
 # Differences that are documented: what Linkwork rejects with a message that says so.
-# The shrinker may make them of others.
 REJECTED = ["is not supported", "a free joint stands alone", "has no <worldbody>", "<inertial> has no inertia", "cannot be inverted"]
 
 
