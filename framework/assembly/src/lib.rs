@@ -38,7 +38,7 @@ pub use form::settings::{
     AroundForm, ArrowForm, Figure, FigureOf, LineForm, LogRule, PlaceForm, Plot, PlumeForm,
     Settings, Take, ViewForm,
 };
-pub use linkwork_formats::stl_corners;
+pub use linkwork_formats::{MESH_FILES, mesh_corners, mesh_corners_of};
 pub use linkwork_runtime::Value;
 pub use load::{
     Loaded, Options, Resolved, dotted, load_file, load_text, put_down, read_value, schema,

@@ -93,7 +93,7 @@ fn sdf_mjcf_and_side_cars_keep_damping_and_friction() {
     let s = first(&l, "b");
     assert_eq!((s.damping, s.friction), (0.3, Friction { force: 0.2, rate: 0.0 }));
     assert_eq!(first(&l, "c").damping, 0.4);
-    assert_eq!(l.imports[0].left_out, ["spring of `j`", "friction of `k`"]);
+    assert_eq!(l.imports[0].left_out, ["friction of `k`"]);
 
     let sdf = r#"<sdf version="1.9"><model name="m"><link name="a"><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz></inertia></inertial></link>
       <joint name="j" type="prismatic"><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz><dynamics><damping>0.3</damping><friction>0.2</friction></dynamics></axis></joint></model></sdf>"#;

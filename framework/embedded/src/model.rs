@@ -105,12 +105,13 @@ impl ModelSpec {
         }
     }
 
-    /// Adds the [collision shapes](colliders_of) of a description.
+    /// Adds the [collision shapes](colliders_of) of a description, and its pairs of bodies that do not meet.
     ///
     /// # Errors
     /// Shapes that a collider cannot be.
     pub fn shapes(mut self, d: &Description) -> Result<Self, ModelError> {
         self.colliders.extend(colliders_of(d)?);
+        self.rules.ignore.extend(d.exclusions.iter().cloned());
         Ok(self)
     }
 
@@ -540,16 +541,26 @@ impl RobotModel {
 }
 
 /// The collision shapes of a description as colliders, by their own names where they have one that is free, else
-/// `body/number` (from 0). A mesh file (STL, OBJ) collides as its convex hull, which misses no contact of the mesh.
+/// `body/number` (from 0). A mesh file collides as its convex hull, which misses no contact of the mesh.
 ///
 /// # Errors
 /// Shapes that a collider cannot be: meshes of other formats and those that are not found, ellipsoids, planes with an end. All at once;
 /// none is left out in silence.
 pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
     let (mut out, mut faults) = (Vec::<ColliderSpec>::new(), Vec::new());
+    let classes = d.collision_classes();
+    if classes.meets.len() > 32 {
+        faults.push(ModelFault::Refused {
+            what: format!("bit masks of {} kinds of collision shapes", classes.meets.len()),
+            help: "32 kinds are the most; give shapes that meet the same ones the same masks",
+        });
+    }
+    let bits = |all: &[usize]| all.iter().filter(|k| **k < 32).fold(0_u32, |sum, k| sum | 1 << k);
+    let one = classes.meets.len() < 2;
     let mut count: BTreeMap<&str, usize> = BTreeMap::new();
     let mut names = BTreeSet::new();
-    for s in d.shapes.iter().filter(|s| s.role != ShapeRole::Visual) {
+    let shapes = d.shapes.iter().zip(&classes.of);
+    for (s, class) in shapes.filter(|(s, _)| s.role != ShapeRole::Visual) {
         let number = count.entry(&s.body).or_default();
         let numbered = format!("{}/{number}", s.body);
         *number += 1;
@@ -557,7 +568,15 @@ pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
         let name = if s.name.is_empty() || taken { numbered } else { s.name.clone() };
         names.insert(name.clone());
         match solid(&s.geometry) {
-            Ok(shape) => out.push(ColliderSpec::new(name, &s.body, shape).at(s.pose)),
+            Ok(shape) => {
+                let mut spec = ColliderSpec::new(name, &s.body, shape).at(s.pose);
+                if !one {
+                    (spec.groups, spec.collides_with) =
+                        (bits(&[*class]), bits(&classes.meets[*class]));
+                }
+                spec.material.friction = s.surface.friction.unwrap_or(spec.material.friction);
+                out.push(spec);
+            }
             Err(why) => faults.push(ModelFault::Refused {
                 what: format!("collision shape `{name}`: {why}"),
                 help: "give that body solids (or a mesh of your own) as colliders instead",

@@ -557,7 +557,7 @@ fn a_robot_is_loaded_with_its_shapes_and_couplings() {
     write("r.urdf", &text("<mesh filename=\"tip.dae\"/>"));
     write("tip.dae", "<COLLADA/>");
     let told = RobotModel::load(folder.join("r.urdf"), None, &options()).unwrap_err().to_string();
-    assert!(told.contains("tip.dae`: it is neither an STL nor an OBJ file"), "{told}");
+    assert!(told.contains("tip.dae`: it has no triangles"), "{told}");
     assert!(told.contains("help: give that body solids"), "{told}");
     std::fs::remove_dir_all(folder).unwrap();
 }

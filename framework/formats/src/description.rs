@@ -5,9 +5,10 @@
 //! loop closure   X_AB(q) = motion that the hinge permits
 //! ```
 
-use linkwork_multibody::{Builder, Coupling, HingeCoordinate, LoopClosure};
+use linkwork_multibody::{Builder, Coupling, HingeCoordinate, LoopClosure, Multibody};
 use linkwork_spatial::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
 /// A mechanism as a file describes it.
@@ -25,6 +26,10 @@ pub struct Description {
     pub couplings: Vec<Coupling>,
     /// Hinges that close loops of the tree.
     pub loops: Vec<LoopClosure>,
+    /// Pairs of bodies that do not meet although their collision shapes would.
+    pub exclusions: Vec<[String; 2]>,
+    /// Pairs of collision shapes, by their places in `shapes`, that meet whatever their filters say.
+    pub pairs: Vec<[usize; 2]>,
     /// Bodies that roll on the ground.
     pub wheels: Vec<Wheel>,
     /// The configuration that the file shows, where it is not the neutral one.
@@ -50,6 +55,66 @@ pub struct BodyShape {
     pub geometry: Geometry,
     /// Red, green, blue, opacity in 0 … 1.
     pub color: Option<[f64; 4]>,
+    /// How it rubs and bounces, where the file says it.
+    pub surface: Surface,
+    /// Which collision shapes of the file it meets.
+    pub filter: Filter,
+}
+
+impl BodyShape {
+    /// A shape without a name, a colour and a surface at the body's frame, which meets all others.
+    #[must_use]
+    pub fn new(body: impl Into<String>, role: ShapeRole, pose: Pose, geometry: Geometry) -> Self {
+        let (surface, filter) = (Surface::default(), Filter::default());
+        let (body, name, color) = (body.into(), String::new(), None);
+        Self { body, name, role, pose, geometry, color, surface, filter }
+    }
+}
+
+/// How a surface rubs and bounces; `None`: the file says nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Surface {
+    /// Coefficient of Coulomb friction.
+    pub friction: Option<f64>,
+    /// Coefficient of restitution.
+    pub restitution: Option<f64>,
+    /// Coefficient of rolling friction, m.
+    pub rolling: Option<f64>,
+    /// Coefficient of spinning friction, m.
+    pub spinning: Option<f64>,
+}
+
+/// Bit masks of a collision shape: `contype` and `conaffinity` of MJCF, `category_bitmask` and `collide_bitmask` of SDF.
+/// Two shapes meet when a category of either is one that the other meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Filter {
+    /// Categories that the shape is in.
+    pub category: u32,
+    /// Categories that it meets.
+    pub meets: u32,
+}
+
+impl Default for Filter {
+    fn default() -> Self {
+        Self { category: 1, meets: 1 }
+    }
+}
+
+impl Filter {
+    /// Whether two shapes meet.
+    #[must_use]
+    pub fn lets(self, other: Self) -> bool {
+        self.category & other.meets != 0 || other.category & self.meets != 0
+    }
+}
+
+/// Collision shapes in classes whose members meet the same classes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CollisionClasses {
+    /// The class of each shape of the description; the class of a visual shape has no meaning.
+    pub of: Vec<usize>,
+    /// The classes that each class meets.
+    pub meets: Vec<Vec<usize>>,
 }
 
 /// What a shape is for.
@@ -111,8 +176,7 @@ pub enum Geometry {
     },
 }
 
-/// A joint of the file, as the file says it. What acts is in the hinge of its body: damping of all
-/// coordinates, friction of joints with one; springs do not act.
+/// A joint of the file, as the file says it. Damping, springs and friction that act are in the hinge of its body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// Its name in the file.
@@ -206,6 +270,56 @@ impl std::fmt::Display for Ignored {
 }
 
 impl Description {
+    /// The classes of collision shapes that follow from their filters and from `pairs`. The first class has the
+    /// usual filter.
+    #[must_use]
+    pub fn collision_classes(&self) -> CollisionClasses {
+        let paired: BTreeSet<usize> = self.pairs.iter().flatten().copied().collect();
+        let key = |k: usize, s: &BodyShape| (s.filter, paired.contains(&k).then_some(k));
+        let mut keys = vec![(Filter::default(), None)];
+        let mut found = BTreeMap::from([(keys[0], 0)]);
+        let mut of = Vec::new();
+        for (k, s) in self.shapes.iter().enumerate() {
+            let key = if s.role == ShapeRole::Visual { keys[0] } else { key(k, s) };
+            let class = *found.entry(key).or_insert(keys.len());
+            if class == keys.len() {
+                keys.push(key);
+            }
+            of.push(class);
+        }
+        let together = |a: Option<usize>, b: Option<usize>| {
+            let both = a.zip(b).map(|(a, b)| [a, b]);
+            both.is_some_and(|[a, b]| self.pairs.iter().any(|p| *p == [a, b] || *p == [b, a]))
+        };
+        let meets = |a: &(Filter, Option<usize>)| -> Vec<usize> {
+            let all = keys.iter().enumerate();
+            all.filter(|(_, b)| a.0.lets(b.0) || together(a.1, b.1)).map(|(k, _)| k).collect()
+        };
+        CollisionClasses { of, meets: keys.iter().map(meets).collect() }
+    }
+
+    /// The configuration that the file shows: `initial`, and the neutral one of all other bodies.
+    #[must_use]
+    pub fn configuration(&self, mbs: &Multibody) -> Vec<f64> {
+        let mut q = mbs.neutral_q();
+        for i in &self.initial {
+            let place = mbs.body(&i.body).and_then(|b| q.get_mut(mbs.get(b).q()));
+            if let Some(place) = place.filter(|p| p.len() == i.q.len()) {
+                place.copy_from_slice(&i.q);
+            }
+        }
+        q
+    }
+
+    /// The coordinates of all joints that have exactly one, by the joint's name.
+    #[must_use]
+    pub fn coordinates(&self) -> BTreeMap<&str, HingeCoordinate> {
+        let one = |j: &Joint| HingeCoordinate { body: j.body.clone(), subhinge: j.subhinge };
+        // The first of several joints with one name counts, as in `coordinate`.
+        let all = self.joints.iter().rev().filter(|j| j.count == 1);
+        all.map(|j| (j.name.as_str(), one(j))).collect()
+    }
+
     /// The joint of this name.
     #[must_use]
     pub fn joint(&self, name: &str) -> Option<&Joint> {

@@ -6,7 +6,9 @@
 //!
 //! 1. `xml`: text → elements with places, which remember whether they were read.
 //! 2. `urdf`, `mjcf`, `sdf`: elements → [`Description`].
-//! 3. what was never read → [`Description::ignored`].
+//! 3. what was never read → [`Description::ignored`]. `tables` lists every element and attribute of the three formats: read, rejected, or
+//!    ignored with a warning; a name that is in no table is reported as not part of the format.
+//! 4. `mesh`: corners of STL, OBJ, COLLADA and glTF files.
 //!
 //! `srdf` reads names for groups of links, which planners keep beside a URDF.
 //! `fmi` reads the descriptions of foreign units (FMI 2.0 and 3.0) the same way, `daveml` static models
@@ -46,6 +48,7 @@ mod description;
 mod error;
 mod export;
 pub mod fmi;
+mod gazebo;
 mod geometry;
 pub mod heights;
 mod markup;
@@ -54,12 +57,13 @@ mod mjcf;
 mod read;
 mod sdf;
 mod srdf;
-mod stl;
+mod tables;
 mod urdf;
 mod xml;
 
 pub use description::{
-    BodyShape, Description, Geometry, Ignored, Initial, Joint, ShapeRole, Wheel, WheelRole,
+    BodyShape, CollisionClasses, Description, Filter, Geometry, Ignored, Initial, Joint, ShapeRole,
+    Surface, Wheel, WheelRole,
 };
 pub use error::{FaultKind, FileFault, FilePlace, FormatError};
 pub use export::{ExportError, ExportFault, UrdfText, write_urdf};
@@ -67,7 +71,7 @@ pub use linkwork_multibody as multibody;
 pub use linkwork_multibody::{Coupling, HingeCoordinate, LoopClosure, Term};
 pub use linkwork_spatial as spatial;
 pub use markup::escaped;
-pub use mesh::mesh_corners;
+pub use mesh::{MESH_FILES, mesh_corners, mesh_corners_of};
 pub use mjcf::read_mjcf;
 pub use read::{
     Format, LARGEST_FILE, ReadOptions, Root, Unphysical, format_of, read_file, read_text,
@@ -75,5 +79,4 @@ pub use read::{
 };
 pub use sdf::read_sdf;
 pub use srdf::{Group, Srdf, read_srdf, read_srdf_file};
-pub use stl::read as stl_corners;
 pub use urdf::read_urdf;

@@ -47,6 +47,8 @@ pub struct ReadOptions {
     pub unphysical: Unphysical,
     /// Folders that hold packages, for `package://name/..` and `model://name/..`.
     pub package_paths: Vec<PathBuf>,
+    /// The keyframe of an MJCF file that is the start; `None`: the reference configuration.
+    pub keyframe: Option<String>,
     /// Where a text came from: for messages, and for what is relative to it.
     pub file: Option<PathBuf>,
 }
@@ -366,7 +368,12 @@ impl<'a> Cx<'a> {
             self.faults.dedup_by_key(|f| (f.place.clone(), f.kind.to_string()));
             return Err(FormatError { faults: self.faults });
         }
-        self.ignored.extend(root.unread());
+        let format = match root.name.as_str() {
+            "robot" => Format::Urdf,
+            "mujoco" | "mujocoinclude" => Format::Mjcf,
+            _ => Format::Sdf,
+        };
+        self.ignored.extend(root.unread(Some(crate::tables::of(format))));
         self.ignored.sort();
         self.ignored.dedup();
         d.ignored = self.ignored;

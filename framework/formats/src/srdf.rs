@@ -87,7 +87,7 @@ pub fn read_srdf(text: &str, options: &ReadOptions) -> Result<Srdf, FormatError>
     if !cx.faults.is_empty() {
         return Err(FormatError { faults: cx.faults });
     }
-    out.ignored = root.unread();
+    out.ignored = root.unread(None);
     Ok(out)
 }
 

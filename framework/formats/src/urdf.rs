@@ -10,11 +10,11 @@
 use crate::error::FaultKind;
 use crate::read::{Cx, ReadOptions, Root, Unphysical, report_massless, root_hinge};
 use crate::xml::{Element, parse};
-use crate::{BodyShape, Coupling, Description, FormatError, Joint, ShapeRole, geometry};
+use crate::{BodyShape, Coupling, Description, FormatError, Joint, ShapeRole, gazebo, geometry};
 use linkwork_multibody::names::suggest;
-use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, SubhingeKind};
+use linkwork_multibody::{BodySpec, Friction, Hinge, HingeCoordinate, Limits, SubhingeKind};
 use linkwork_spatial::{MassProperties, Mat3, Pose, Vec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 const TYPES: [&str; 6] = ["fixed", "revolute", "continuous", "prismatic", "floating", "planar"];
 
@@ -45,6 +45,7 @@ pub fn read_urdf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     let base = reader.tree(&mut cx, &root);
     reader.build(&mut cx, base, &mut d);
     reader.mimics(&mut cx, &mut d);
+    gazebo::apply(&mut cx, &root, &mut d, |name| reader.links.contains_key(name));
     let place = |body: &str| reader.links.get(body).map(|e| (*e, format!("robot/{}", e.label())));
     report_massless(&mut cx, &d.builder, place);
     cx.finish(&root, d)
@@ -218,19 +219,23 @@ impl<'e> Urdf<'e> {
         };
         let name = e.attr("name").unwrap_or_default().to_owned();
         if let Some(geometry) = geometry::urdf(cx, g, &what) {
-            d.shapes.push(BodyShape { body: body.into(), name, role, pose, geometry, color });
+            let shape = BodyShape::new(body, role, pose, geometry);
+            d.shapes.push(BodyShape { name, color, ..shape });
         }
     }
 
     fn mimics(&self, cx: &mut Cx<'_>, d: &mut Description) {
+        let coordinates: BTreeMap<String, HingeCoordinate> =
+            d.coordinates().into_iter().map(|(name, at)| (name.to_owned(), at)).collect();
+        let names: BTreeSet<&str> = self.movers.values().map(|o| o.name).collect();
         for (child, m) in &self.movers {
-            let Some(own) = d.coordinate(m.name) else { continue };
+            let Some(own) = coordinates.get(m.name).cloned() else { continue };
             let Some(e) = m.e.child("mimic") else { continue };
             let what = format!("joint `{}`: <mimic>", m.name);
             let Some(other) = cx.required(e, "joint", &what) else { continue };
             let ratio = cx.number(e, "multiplier", &what).unwrap_or(1.0);
             let offset = cx.number(e, "offset", &what).unwrap_or(0.0);
-            match d.coordinate(other) {
+            match coordinates.get(other).cloned() {
                 Some(at) if at.body == **child => {
                     let kind = FaultKind::BadValue {
                         what: format!("{what}: `joint`"),
@@ -241,13 +246,13 @@ impl<'e> Urdf<'e> {
                     cx.fault(e.place_of("joint"), kind);
                 }
                 Some(at) => d.couplings.push(Coupling::mimic(m.name, own, at, ratio, offset)),
-                None if self.movers.values().any(|o| o.name == other) => {
+                None if names.contains(other) => {
                     let what =
                         format!("`{}` follows `{other}`, which has no single coordinate", m.name);
                     cx.ignored.push(e.ignored(format!("robot/{}/mimic", m.e.label()), what));
                 }
                 None => {
-                    let names = self.movers.values().map(|o| o.name);
+                    let names = names.iter().copied();
                     cx.unknown(e.place_of("joint"), &what, "joint", other, names);
                 }
             }
@@ -401,6 +406,10 @@ fn limits(cx: &mut Cx<'_>, joint: &Element, what: &str, position: Position) -> L
     let mut bound = |name| words(name).unwrap_or_else(|| cx.number(e, name, &what).unwrap_or(0.0));
     let (lower, upper) = (bound("lower"), bound("upper"));
     let (lower, upper) = (endless(lower), endless(upper));
+    if lower == 0.0 && upper == 0.0 {
+        let note = "<limit> without `lower` and `upper`, or with 0 for both: the format says that the joint cannot move";
+        cx.ignored.push(e.ignored(format!("robot/{}", joint.label()), note));
+    }
     if !(lower <= upper) || lower == f64::INFINITY || upper == f64::NEG_INFINITY {
         let text = format!("{lower} .. {upper}");
         cx.bad(e.place(), &what, &text, "a range", "write lower below upper");

@@ -4,6 +4,7 @@
 //! ignored.
 
 use crate::error::{FaultKind, FileFault, FilePlace};
+use crate::tables::Table;
 use crate::{FormatError, Ignored};
 use std::cell::Cell;
 use std::rc::Rc;
@@ -12,6 +13,7 @@ use std::rc::Rc;
 pub(crate) const DEPTH: usize = 1000;
 
 /// An attribute.
+#[derive(Clone)]
 pub(crate) struct Attribute {
     pub name: String,
     pub value: String,
@@ -21,6 +23,7 @@ pub(crate) struct Attribute {
 }
 
 /// An element.
+#[derive(Clone)]
 pub(crate) struct Element {
     pub name: String,
     pub attributes: Vec<Attribute>,
@@ -74,6 +77,33 @@ impl Element {
         self.children.iter().filter(move |c| c.name == name).inspect(|c| c.used.set(true))
     }
 
+    /// Writes an attribute that the file does not have; it counts as read and stands where the element stands.
+    pub fn set(&mut self, name: &str, value: String) {
+        let (line, column) = (self.line, self.column);
+        let used = Cell::new(true);
+        self.attributes.push(Attribute { name: name.into(), value, line, column, used });
+    }
+
+    /// Writes an attribute in the place of one that may be there.
+    pub fn replace(&mut self, name: &str, value: String) {
+        self.attributes.retain(|a| a.name != name);
+        self.set(name, value);
+    }
+
+    /// An empty element, read already, at the place of another.
+    pub fn like(other: &Element, name: &str) -> Element {
+        Element {
+            name: name.into(),
+            attributes: Vec::new(),
+            children: Vec::new(),
+            text: String::new(),
+            file: other.file.clone(),
+            line: other.line,
+            column: other.column,
+            used: Cell::new(true),
+        }
+    }
+
     /// Marks it as read.
     pub fn touch(&self) {
         self.used.set(true);
@@ -104,25 +134,38 @@ impl Element {
         }
     }
 
-    /// Everything inside that was not read, outermost first.
-    pub fn unread(&self) -> Vec<Ignored> {
+    /// Everything inside that was not read, outermost first. A note says which names are not in the table of the format.
+    pub fn unread(&self, table: Option<&Table>) -> Vec<Ignored> {
         let mut out = Vec::new();
-        self.collect_unread(&self.name, &mut out);
+        self.collect_unread(None, &self.name, table, &mut out);
         out
     }
 
-    fn collect_unread(&self, path: &str, out: &mut Vec<Ignored>) {
+    fn collect_unread(
+        &self,
+        parent: Option<&str>,
+        path: &str,
+        table: Option<&Table>,
+        out: &mut Vec<Ignored>,
+    ) {
+        let with = |fact: String, strange: Option<String>| match strange {
+            Some(strange) => format!("{fact} {strange}"),
+            None => fact,
+        };
         for a in self.attributes.iter().filter(|a| !a.used.get()) {
-            let mut entry = self.ignored(path, format!("attribute {}=\"{}\"", a.name, a.value));
+            let strange = table.and_then(|t| t.strange_attribute(parent, &self.name, &a.name));
+            let fact = format!("attribute {}=\"{}\"", a.name, a.value);
+            let mut entry = self.ignored(path, with(fact, strange));
             entry.line = a.line;
             out.push(entry);
         }
         for c in &self.children {
             let inner = format!("{path}/{}", c.label());
             if c.used.get() {
-                c.collect_unread(&inner, out);
+                c.collect_unread(Some(&self.name), &inner, table, out);
             } else {
-                out.push(c.ignored(inner, format!("element <{}>", c.name)));
+                let strange = table.and_then(|t| t.strange_element(self, &c.name));
+                out.push(c.ignored(inner, with(format!("element <{}>", c.name), strange)));
             }
         }
     }

@@ -1,6 +1,7 @@
 //! What the crate promises, seen from outside: one program, a module for each subject.
 #![allow(non_snake_case, clippy::unwrap_used)]
 
+mod cases;
 mod daveml;
 mod export;
 mod fuzz;

@@ -177,12 +177,7 @@ fn loops_close_in_the_configuration_of_the_file() {
 fn what_is_not_used_is_listed() {
     let (d, _) = lab();
     let list: Vec<&str> = d.ignored.iter().map(|i| i.what.as_str()).collect();
-    assert_eq!(
-        list,
-        ["a site on the world is no node", "attribute range=\"0 100\"", "element <actuator>"],
-        "{:#?}",
-        d.ignored
-    );
+    assert_eq!(list, ["a site on the world is no node", "element <actuator>"], "{:#?}", d.ignored);
 }
 
 const HEAD: &str = "<mujoco><worldbody>\n";
@@ -266,7 +261,10 @@ fn includes_are_replaced_and_rings_are_found() {
     );
     let d = read_file(dir.path().join("main.xml"), &ReadOptions::default()).unwrap();
     assert_eq!(d.builder.bodies().len(), 2);
-    assert!(d.ignored[0].file.ends_with("arm.xml") && d.ignored[0].what == "attribute poz=\"1\"");
+    assert!(
+        d.ignored[0].file.ends_with("arm.xml")
+            && d.ignored[0].what.starts_with("attribute poz=\"1\"")
+    );
     // A mistake in an included file is told with that file's name.
     write("arm.xml", "<mujocoinclude>\n<body name=\"b\" pos=\"x\"/></mujocoinclude>");
     let error = read_file(dir.path().join("main.xml"), &ReadOptions::default()).expect_err("pos");

@@ -151,7 +151,7 @@ fn several_and_nested_models_have_their_names_in_front() {
     assert_eq!(d.joints[0].name, "x::j");
     assert_eq!(mbs.get_node(mbs.node("x::n::f").unwrap()).pose().position, Vec3::y());
     assert_eq!(d.ignored.len(), 1);
-    assert_eq!(d.ignored[0].what, "the include of `model://sun` is not resolved");
+    assert!(d.ignored[0].what.starts_with("the include of `model://sun` is not there: "));
 }
 
 #[test]

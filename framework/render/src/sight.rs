@@ -64,23 +64,11 @@ pub fn shape_of(seen: &Seen) -> Result<Shape, RenderError> {
         Seen::Shape(shape) => Ok(shape.clone()),
         Seen::File { file, scale } => {
             let fault = |fact: String| RenderError::File { file: file.clone(), fact };
-            let (vertices, triangles) = stl(Path::new(file), scale).map_err(fault)?;
+            let corners = linkwork_formats::mesh_corners(Path::new(file)).map_err(fault)?;
+            let vertices = corners.iter().map(|p| p.component_mul(scale)).collect();
+            let count = corners.len() as u32 / 3;
+            let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
             Ok(Shape::Mesh { vertices, triangles })
         }
     }
-}
-
-/// Corners and triangles.
-type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
-
-fn stl(file: &Path, scale: &Vec3) -> Result<Triangles, String> {
-    let opened = std::fs::File::open(file).map_err(|e| e.to_string())?;
-    let stl = stl_io::read_stl(&mut std::io::BufReader::new(opened)).map_err(|e| e.to_string())?;
-    let count = stl.vertices.len();
-    let faces: Vec<[u32; 3]> = stl.faces.iter().map(|f| f.vertices.map(|i| i as u32)).collect();
-    if faces.iter().flatten().any(|k| *k as usize >= count) {
-        return Err("a triangle names a corner that is not there".into());
-    }
-    let point = |v: &stl_io::Vertex| Vec3::new(f64::from(v[0]), f64::from(v[1]), f64::from(v[2]));
-    Ok((stl.vertices.iter().map(|v| point(v).component_mul(scale)).collect(), faces))
 }

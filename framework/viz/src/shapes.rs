@@ -88,7 +88,8 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
             )?;
         }
         Seen::File { .. } => {
-            let Geometry::Mesh { vertices, triangles } = linkwork_render::shape_of(&shape.form)?
+            // Files are read when a simulation is loaded; one that has changed since is not shown and does not end the run.
+            let Ok(Geometry::Mesh { vertices, triangles }) = linkwork_render::shape_of(&shape.form)
             else {
                 return Ok(());
             };

@@ -76,15 +76,15 @@ impl FileContact {
 impl Machine {
     /// What the file says that the dynamics of a `Mechanism` does not know, in words; `None` when there is nothing.
     pub fn left_out(&self) -> Option<String> {
-        let lossy = self
-            .mbs
-            .subhinges()
-            .filter(|(_, s)| s.subhinge.damping > 0.0 || s.subhinge.friction.force > 0.0);
+        let lossy = self.mbs.subhinges().filter(|(_, s)| {
+            let s = &s.subhinge;
+            s.damping > 0.0 || s.friction.force > 0.0 || s.spring.stiffness > 0.0
+        });
         let mut bodies: Vec<&str> = lossy.map(|(b, _)| self.mbs.get(b).name()).collect();
         bodies.dedup();
         let list = some_of(&bodies)?;
         Some(format!(
-            "damping or friction of the hinges of {list} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them"
+            "damping, springs or friction of the hinges of {list} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them"
         ))
     }
 
@@ -116,14 +116,39 @@ fn some_of(names: &[&str]) -> Option<String> {
     }
 }
 
-/// The mechanism of a file: RON, or what `linkwork_formats` reads.
-pub fn machine(path: &Path, options: &ReadOptions) -> Result<Machine, String> {
-    let ron = path.extension().is_none_or(|e| e == "ron");
-    if ron { ron_machine(path, options.root) } else { foreign_machine(path, options) }
+/// Whether mimic joints and couplings of a file of another program are kept.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Couplings {
+    /// They are constraints of the mechanism.
+    Kept,
+    /// Their coordinates are free.
+    LeftOut,
 }
 
-fn foreign_machine(path: &Path, options: &ReadOptions) -> Result<Machine, String> {
-    let d = read_machine(path, options).map_err(|f| f.to_string())?;
+/// The mechanism of a file: RON, or what `linkwork_formats` reads.
+pub fn machine(
+    path: &Path,
+    options: &ReadOptions,
+    couplings: Couplings,
+) -> Result<Machine, String> {
+    if path.extension().is_some_and(|e| e != "ron") {
+        return foreign_machine(path, options, couplings);
+    }
+    if couplings == Couplings::LeftOut || options.keyframe.is_some() {
+        return Err("`couplings` and `keyframe` are for URDF, MJCF and SDF files\n  help: leave them out, or write the start and the couplings in the RON file".into());
+    }
+    ron_machine(path, options.root)
+}
+
+fn foreign_machine(
+    path: &Path,
+    options: &ReadOptions,
+    couplings: Couplings,
+) -> Result<Machine, String> {
+    let mut d = read_machine(path, options).map_err(|f| f.to_string())?;
+    if couplings == Couplings::LeftOut {
+        d.couplings.clear();
+    }
     let mut parts = d.builder.clone();
     for l in &d.loops {
         parts.loop_closure(l.clone());
@@ -132,14 +157,7 @@ fn foreign_machine(path: &Path, options: &ReadOptions) -> Result<Machine, String
         parts.coupling(c.clone());
     }
     let mbs = parts.build().map_err(|e| e.to_string())?;
-    let mut initial = mbs.neutral_q();
-    for i in &d.initial {
-        if let Some(place) = mbs.body(&i.body).and_then(|b| initial.get_mut(mbs.get(b).q()))
-            && place.len() == i.q.len()
-        {
-            place.copy_from_slice(&i.q);
-        }
-    }
+    let initial = d.configuration(&mbs);
     Ok(Machine { mbs, initial, description: Some(d), contact: None, shapes: Vec::new() })
 }
 

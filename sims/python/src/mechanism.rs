@@ -3,6 +3,7 @@ use crate::array::{Array1, Input, checked1, out_vec3, out1, vec3, vector};
 use crate::builder::Subhinge;
 use crate::core::{Core, GRAVITY};
 use crate::error::{refuse, refuse_with};
+use crate::files::Couplings;
 use crate::show;
 use crate::state::State;
 use linkwork_formats::{ReadOptions, Root, Unphysical};
@@ -48,8 +49,9 @@ pub struct Mechanism {
 /// moves hangs on the world. inertia_check, of principal moments that no body has: "warn" reads them with a UserWarning
 /// that names link and number (those below zero as 0), "physical" refuses them, "positive_moments" takes in silence those that break the
 /// triangle inequality, for published data. packages: folders that hold packages,
-/// for `package://name/..`. What was not used is in `ignored`. Loops and couplings are in `constraints`:
-/// `constrained_dynamics`, `close` and `simulate` obey them, the algorithms of the tree do not; damping and
+/// for `package://name/..`. couplings=False leaves mimic joints and couplings of a URDF, MJCF or SDF file out. keyframe: the
+/// keyframe of an MJCF file that is `initial_q`. What was not used is in `ignored`. Loops and couplings are in `constraints`:
+/// `constrained_dynamics`, `close` and `simulate` obey them, the algorithms of the tree do not; damping, springs and
 /// friction are no part of a Mechanism's dynamics. A file that has such gives a UserWarning that names them.
 /// Raises LinkworkError with every mistake in the file, each with its place.
 ///
@@ -59,13 +61,15 @@ pub struct Mechanism {
 /// >>> mug.nq, mug.nv, mug.total_mass
 /// (7, 6, 0.3)
 #[pyfunction]
-#[pyo3(signature = (path, root=None, *, inertia_check="warn", packages=None))]
+#[pyo3(signature = (path, root=None, *, inertia_check="warn", packages=None, couplings=true, keyframe=None))]
 pub fn load(
     py: Python<'_>,
     path: PathBuf,
     root: Option<&str>,
     inertia_check: &str,
     packages: Option<Vec<PathBuf>>,
+    couplings: bool,
+    keyframe: Option<String>,
 ) -> PyResult<Mechanism> {
     let roots = [("fixed", Root::Fixed), ("free", Root::Free), ("planar", Root::Planar)];
     let root = root.map_or(Ok(Root::AsWritten), |name| choice("root", name, &roots))?;
@@ -78,8 +82,10 @@ pub fn load(
         }
     };
     let package_paths = packages.unwrap_or_default();
-    let options = ReadOptions { root, inertia, unphysical, package_paths, file: None };
-    let machine = py.detach(|| crate::files::machine(&path, &options)).map_err(refuse)?;
+    let options = ReadOptions { root, inertia, unphysical, package_paths, keyframe, file: None };
+    let couplings = if couplings { Couplings::Kept } else { Couplings::LeftOut };
+    let machine = py.detach(|| crate::files::machine(&path, &options, couplings));
+    let machine = machine.map_err(refuse)?;
     let of_path = |text: String| format!("{}: {text}", path.display());
     let left_out = machine.left_out().map(of_path);
     let beyond = machine.beyond_the_tree().map(of_path);

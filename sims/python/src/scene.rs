@@ -5,7 +5,7 @@ use linkwork_assembly::BodyShape as Shown;
 use linkwork_collision::{Seen, Shape, Triangles, box_of_inertia, drawn_plane, drawn_surface};
 use linkwork_formats::{BodyShape, Geometry, ShapeRole};
 use linkwork_multibody::Body;
-use linkwork_spatial::Pose;
+use linkwork_spatial::{Pose, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -62,7 +62,7 @@ fn of_simulation(s: &Shown) -> Drawn {
         color: s.color,
         form: match &s.shape {
             Seen::Shape(shape) => of_shape(shape),
-            Seen::File { file, scale } => Form::File(file.clone(), [scale.x, scale.y, scale.z]),
+            Seen::File { file, scale } => mesh_file(file, [scale.x, scale.y, scale.z]),
         },
     }
 }
@@ -86,9 +86,26 @@ fn of_geometry(g: &Geometry) -> Form {
         Geometry::Plane { size: [x, y] } => Form::Surface(drawn_plane([*x, *y])),
         Geometry::Mesh { file, path, scale } => {
             let found = path.as_ref().map_or(file.clone(), |p| p.display().to_string());
-            Form::File(found, *scale)
+            mesh_file(&found, *scale)
         }
     }
+}
+
+/// A mesh file. The viewer would show a glTF with its y axis up; its corners are given in the axes of the link instead.
+fn mesh_file(file: &str, scale: [f64; 3]) -> Form {
+    let ending = file.to_ascii_lowercase();
+    if (ending.ends_with(".glb") || ending.ends_with(".gltf"))
+        && let Ok(corners) = linkwork_formats::mesh_corners(std::path::Path::new(file))
+    {
+        let scale = Vec3::from(scale);
+        let count = corners.len() as u32 / 3;
+        let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        return Form::Surface((
+            corners.iter().map(|p| p.component_mul(&scale)).collect(),
+            triangles,
+        ));
+    }
+    Form::File(file.into(), scale)
 }
 
 fn of_shape(shape: &Shape) -> Form {

@@ -131,3 +131,22 @@ def test_refusals_have_places(tmp_path):
         lw.load(bad, inertia_check="none")
     with pytest.raises(lw.LinkworkError):
         lw.load("README.txt")
+
+
+def test_couplings_can_be_left_out(gripper):
+    assert len(lw.load(gripper).constraints) == 1
+    free = lw.load(gripper, couplings=False)
+    assert free.nv == 2 and not free.constraints
+
+
+def test_a_keyframe_is_the_start(tmp_path):
+    path = tmp_path / "slide.xml"
+    path.write_text(
+        """<mujoco><worldbody><body name="a"><joint name="p" type="slide" stiffness="3"/><geom size="0.1"/></body></worldbody>
+        <keyframe><key name="up" qpos="0.25"/></keyframe></mujoco>"""
+    )
+    with pytest.warns(UserWarning, match="springs"):
+        assert lw.load(path).initial_q[0] == 0
+        assert lw.load(path, keyframe="up").initial_q[0] == 0.25
+    with pytest.raises(lw.LinkworkError, match="did you mean `up`"):
+        lw.load(path, keyframe="op")

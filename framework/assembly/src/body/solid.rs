@@ -416,7 +416,7 @@ fn missing<T>(cx: &mut Cx, file: &Text, at: &At<'_>) -> Option<T> {
     None
 }
 
-/// The corners of an STL file, in m.
+/// The corners of a mesh file, in m.
 fn file_corners(
     cx: &mut Cx,
     file: Option<Text>,
@@ -431,18 +431,19 @@ fn file_corners(
         return None;
     };
     let (files, home) = at.near.or_else(|| nowhere(cx, at))?;
-    let bytes = match files.find(&file.text, home) {
-        Ok((key, Home::Folder(_))) => linkwork_formats::whole_file(Path::new(&key)),
+    let corners = match files.find(&file.text, home) {
+        Ok((key, Home::Folder(_))) => linkwork_formats::mesh_corners(Path::new(&key)),
         Ok((key, Home::Embedded(_))) => {
-            Ok(files.embedded.get(&key).map(|t| t.as_bytes().to_vec()).unwrap_or_default())
+            let text = files.embedded.get(&key).map(String::as_str).unwrap_or_default();
+            linkwork_formats::mesh_corners_of(text.as_bytes(), Path::new(&key))
         }
         Err(_) => return missing(cx, &file, at),
     };
-    match bytes.and_then(|b| linkwork_formats::stl_corners(&b)) {
+    match corners {
         Ok(points) => Some(points.iter().map(|p| p.component_mul(&scale)).collect()),
         Err(why) => {
             let message = format!("{}: `{}` cannot be read: {why}", at.what, file.text);
-            cx.fault(file.origin, message, "what collides is an STL file, binary or text");
+            cx.fault(file.origin, message, "what collides is an STL, OBJ, COLLADA or glTF file");
             None
         }
     }

@@ -205,6 +205,7 @@ impl<'a, 'o> Expander<'a, 'o> {
             colliders: BTreeMap::new(),
             contact: a.contact.as_ref().map(|c| substitute(self.cx, around.env, c)),
             self_collision: a.self_collision.as_ref().map(|s| substitute(self.cx, around.env, s)),
+            ignore: None,
             mounts,
             exports: BTreeMap::new(),
             wires: Vec::new(),
@@ -219,6 +220,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         });
         let all = imported.as_ref().unwrap_or(a);
         let has_part = |name: &str| a.parts.contains_key(name);
+        out.ignore = all.ignore.as_ref().map(|s| substitute(self.cx, around.env, s));
         let known = BodyFields::names();
         out.bodies = self.items(&all.bodies, around, &pending, (&has_part, &known));
         let known = LoopForm::names();

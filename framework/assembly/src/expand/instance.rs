@@ -50,6 +50,7 @@ pub(crate) struct Instance {
     pub colliders: BTreeMap<String, ItemInst>,
     pub contact: Option<Located>,
     pub self_collision: Option<Located>,
+    pub ignore: Option<Located>,
     pub mounts: BTreeMap<String, Text>,
     pub exports: BTreeMap<String, Text>,
     pub wires: Vec<WireText>,

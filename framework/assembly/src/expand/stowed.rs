@@ -64,6 +64,7 @@ fn strip(here: &mut Instance) {
     here.colliders.clear();
     here.contact = None;
     here.self_collision = None;
+    here.ignore = None;
 }
 
 /// Prescribes the hinges of all bodies, at rest. Where they stand is their `initial`, or, in a phase, where they are.

@@ -9,7 +9,7 @@ use crate::form::import::ImportForm;
 use crate::form::stowed::StowedForm;
 use crate::form::wire::{WireText, connect_schema, read_connection, read_wire, wire_schema};
 use crate::schema::describe::Schema;
-use crate::schema::kind::{Kind, period, raw, table_of, text};
+use crate::schema::kind::{Kind, list_of, period, raw, table_of, text};
 use crate::schema::read::{self, fields, list, name, table, text_field};
 use crate::schema::record::{Presence, Record, of, record};
 use crate::scope::parameters::{ParamDecl, ParamForm, read_param};
@@ -107,6 +107,8 @@ pub struct Assembly {
     pub contact: Option<Located>,
     /// Whether its bodies, those of its parts too, meet one another.
     pub self_collision: Option<Located>,
+    /// Pairs of its bodies or colliders that do not meet, wherever `contact` is written.
+    pub ignore: Option<Located>,
     /// Parts.
     pub parts: BTreeMap<String, PartForm>,
     /// Wires.
@@ -146,6 +148,8 @@ record! {
         contact: Option<Located> = raw(|| Schema::Any(vec![Schema::Flag, ContactForm::describe()])).maybe(),
         /// `false`: bodies of this assembly and of its parts do not meet one another.
         self_collision: Option<Located> = raw(|| Schema::Flag).maybe(),
+        /// Pairs of bodies or colliders of this assembly that do not meet: `[["arm", "base"]]`.
+        ignore: Option<Located> = raw(|| list_of(list_of(text())).describe()).maybe(),
         /// The world: body, date, rotation and site of the whole simulation, which `linkwork describe environment.world` lists.
         world: Option<Located> = raw(anything).maybe(),
         /// Parts by name.
@@ -261,6 +265,7 @@ pub(crate) fn read_assembly(cx: &mut Cx, v: &mut Located, what: &str) -> Assembl
     a.colliders = items(cx, v, ("colliders", "collider"), what);
     a.contact = v.get("contact").cloned();
     a.self_collision = v.get("self_collision").filter(|s| s.value != Value::Null).cloned();
+    a.ignore = v.get("ignore").filter(|s| s.value != Value::Null).cloned();
     if let Some(parts) = v.get("parts") {
         for (key, value) in table(cx, parts, field_of("parts")) {
             name_at(cx, key, value, "part");

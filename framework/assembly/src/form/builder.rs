@@ -278,6 +278,7 @@ impl Assembly {
         put("contact", self.contact.as_ref().map_or(Value::Null, contact));
         let own = self.self_collision.as_ref();
         put("self_collision", own.map_or(Value::Null, |s| s.value.clone()));
+        put("ignore", self.ignore.as_ref().map_or(Value::Null, |s| s.value.clone()));
         put("parts", table(self.parts.iter(), part));
         let wires = self.wires.iter();
         let wires = wires.map(|w| write_wire(w.text.text.clone(), &w.timing).into()).collect();

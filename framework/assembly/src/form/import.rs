@@ -28,6 +28,8 @@ record! {
             ("Physical", ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Refused }),
             ("PositiveMoments", ImportCheck { inertia: InertiaCheck::PositiveMoments, unphysical: Unphysical::Refused }),
         ]).or(ImportCheck { inertia: InertiaCheck::Physical, unphysical: Unphysical::Read }),
+        /// The keyframe of an MJCF file where the bodies start; default: the reference configuration.
+        keyframe: Option<Text> = text().maybe(),
         /// Folders for `package://` and `model://` names.
         packages: Vec<Text> = list_of(text()).or(Vec::new()),
         /// The side-car, when it is not `rover.linkwork.ron` beside `rover.urdf`.

@@ -28,8 +28,8 @@ use crate::text::show::Failure;
 use crate::text::value::{Text, empty_map, is_unknown, set, sort};
 use crate::wiring::parts::{binds, parts};
 use crate::wiring::wires::Wiring;
-use linkwork_collision::Colliders;
-use linkwork_formats::whole_text;
+use linkwork_collision::{Colliders, Seen};
+use linkwork_formats::{mesh_corners, whole_text};
 use linkwork_runtime::{
     Catalogue, Fault, Faults, Integrator, Located, MechanismSpec, Origin, PhaseSpec, Program,
     Sources, Spec, Value, WatchSpec,
@@ -132,12 +132,31 @@ impl Loaded {
         linkwork_runtime::compile_program(&self.phases, catalogue, &files)
     }
 
+    /// Mesh files that no viewer can show, each once. A file that is not there is an error of its own where it is named.
+    fn unreadable_meshes(&self) -> Vec<Fault> {
+        let mut seen = std::collections::BTreeSet::new();
+        let files = self.shapes.iter().filter_map(|s| match &s.shape {
+            Seen::File { file, .. } => Some((&s.body, file)),
+            Seen::Shape(_) => None,
+        });
+        let unread = files.filter_map(|(body, file)| {
+            let path = std::path::Path::new(file);
+            let why = (seen.insert(file) && path.is_file()).then(|| mesh_corners(path).err());
+            let fact = format!("the mesh `{file}` of `{body}` cannot be shown: {}", why??);
+            let help =
+                "meshes are STL, OBJ, COLLADA, glTF or MSH files; the simulation runs without it";
+            Some(Fault::new(Origin::NONE, fact).help(help))
+        });
+        unread.collect()
+    }
+
     /// What imported files say and the simulation does not do, told at the `import` that brought it; integrators that
-    /// contact replaces; shapes that pass through the world because of a hinge; and shapes that collide while no phase has contact.
+    /// contact replaces; mesh files that cannot be shown; shapes that pass through the world because of a hinge; and shapes that collide while no phase has contact.
     #[must_use]
     pub fn warnings(&self) -> Vec<Fault> {
         let mut all: Vec<Fault> = self.imports.iter().flat_map(Import::warnings).collect();
         all.extend(self.replaced.iter().cloned());
+        all.extend(self.unreadable_meshes());
         // What passes through in one phase and meets in another is meant.
         let machines = || self.phases.iter().filter_map(|p| p.spec.mechanism());
         let passing = machines().flat_map(MechanismSpec::passing);

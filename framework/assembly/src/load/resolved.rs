@@ -83,6 +83,7 @@ pub(crate) fn value(
         "colliders",
         "contact",
         "self_collision",
+        "ignore",
         "parts",
         "wires",
         "connect",
@@ -190,6 +191,7 @@ impl Printer<'_> {
             out.push(("colliders", Value::Map(colliders).into()));
         }
         out.extend(here.self_collision.map(|s| ("self_collision", s)));
+        out.extend(here.ignore.map(|s| ("ignore", s)));
         out.push(("parts", Value::Map(parts).into()));
         map(out)
     }

@@ -4,10 +4,13 @@ use crate::form::assembly::{Assembly, ItemForm};
 use crate::schema::kind::Kind;
 use crate::schema::record::Record;
 use crate::text::value::{list, map, plain, push, variant};
-use linkwork_formats::{BodyShape, Description, Geometry, ShapeRole, Term};
-use linkwork_multibody::{BodySpec, SubhingeKind};
+use linkwork_formats::{
+    BodyShape, CollisionClasses, Description, Filter, Geometry, Initial, ShapeRole, Term,
+    mesh_corners,
+};
+use linkwork_multibody::{BodySpec, NodeSpec, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// An assembly made from a description.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,19 +45,29 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     let mut left_out = Vec::new();
     let bodies = local_names(name, d);
     let mut assembly = Assembly::new(name);
+    let groups = Groups::new(d, &mut left_out);
+    let mut shapes_of: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (k, s) in d.shapes.iter().enumerate() {
+        shapes_of.entry(&s.body).or_default().push(k);
+    }
+    let mut nodes_of: BTreeMap<&str, Vec<&NodeSpec>> = BTreeMap::new();
+    d.builder.nodes().iter().for_each(|n| nodes_of.entry(&n.body).or_default().push(n));
+    let initial: BTreeMap<&str, &Initial> =
+        d.initial.iter().map(|i| (i.body.as_str(), i)).collect();
     for spec in d.builder.bodies() {
         let local = bodies[&spec.name].clone();
         let mut out = body_fields(spec, &bodies);
-        let nodes = nodes(spec, &local, name, d);
+        let own = nodes_of.get(spec.name.as_str()).map_or(&[][..], Vec::as_slice);
+        let nodes = nodes(spec, &local, name, own);
         push(&mut out, "nodes", nodes);
-        let shapes: Vec<Located> = (d.shapes.iter())
-            .filter(|s| s.body == spec.name)
-            .filter(|s| s.role == ShapeRole::Visual || collide == Collide::On)
-            .filter_map(|s| shape(s, &mut left_out))
+        let shapes: Vec<Located> = (shapes_of.get(spec.name.as_str()).into_iter().flatten())
+            .map(|k| (*k, &d.shapes[*k]))
+            .filter(|(_, s)| s.role == ShapeRole::Visual || collide == Collide::On)
+            .filter_map(|(k, s)| shape(s, &groups.of(k), &mut left_out))
             .map(Located::from)
             .collect();
         push(&mut out, "shapes", Value::List(shapes));
-        if let Some(i) = d.initial.iter().find(|i| i.body == spec.name) {
+        if let Some(i) = initial.get(spec.name.as_str()) {
             // The reference of the file: where the machine is closed, it follows what somebody writes over it.
             let free = spec.hinge.subhinges.iter().any(|s| s.kind == SubhingeKind::Free);
             let closed = !d.builder.loops().is_empty() || !d.builder.couplings().is_empty();
@@ -62,11 +75,17 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
         }
         assembly.bodies.insert(local, item(out));
     }
-    let mut taken = Vec::new();
+    let mut taken = BTreeSet::new();
     loops(name, d, &bodies, &mut assembly, &mut taken);
     couplings(name, d, &bodies, &mut assembly, &mut taken);
     if collide == Collide::On {
-        on_world(d, &mut assembly, &mut left_out);
+        on_world(d, &groups, &mut assembly, &mut left_out);
+        let end = |b: &String| {
+            Value::Text(bodies.get(b).map_or("world", String::as_str).to_owned()).into()
+        };
+        let pairs = d.exclusions.iter().map(|[a, b]| Value::List(vec![end(a), end(b)]).into());
+        let pairs: Vec<Located> = pairs.collect();
+        assembly.ignore = (!pairs.is_empty()).then(|| Value::List(pairs).into());
     }
     left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
     let visual = |s: &BodyShape| s.role == ShapeRole::Visual;
@@ -76,11 +95,12 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     };
     let hidden = d.shapes.iter().filter(hidden);
     left_out.extend(hidden.map(|s| format!("{:?} shape of `{}`", s.role, s.body)));
+    let specs: BTreeMap<&str, &BodySpec> =
+        d.builder.bodies().iter().map(|b| (b.name.as_str(), b)).collect();
     for j in &d.joints {
-        let spec = d.builder.bodies().iter().find(|b| b.name == j.body);
-        let own = spec.and_then(|b| b.hinge.subhinges.get(j.subhinge));
+        let own = specs.get(j.body.as_str()).and_then(|b| b.hinge.subhinges.get(j.subhinge));
         for (what, said, acts) in [
-            ("spring", j.stiffness, 0.0),
+            ("spring", j.stiffness, own.map_or(0.0, |s| s.spring.stiffness)),
             ("damping", j.damping, own.map_or(0.0, |s| s.damping)),
             ("friction", j.friction, own.map_or(0.0, |s| s.friction.force)),
         ] {
@@ -97,10 +117,10 @@ fn item(fields: Vec<(String, Located)>) -> ItemForm {
 }
 
 /// A name of its own among those of loops and couplings.
-fn own_name(name: &str, written: &str, taken: &mut Vec<String>) -> String {
+fn own_name(name: &str, written: &str, taken: &mut BTreeSet<String>) -> String {
     let short = written.strip_prefix(&format!("{name}/")).unwrap_or(written);
-    let out = plain(short, |n| taken.iter().any(|t| t == n));
-    taken.push(out.clone());
+    let out = plain(short, |n| taken.contains(n));
+    taken.insert(out.clone());
     out
 }
 
@@ -110,7 +130,7 @@ fn loops(
     d: &Description,
     bodies: &BTreeMap<String, String>,
     assembly: &mut Assembly,
-    taken: &mut Vec<String>,
+    taken: &mut BTreeSet<String>,
 ) {
     for l in d.builder.loops().iter().chain(&d.loops) {
         let mut out = Vec::new();
@@ -132,12 +152,14 @@ fn couplings(
     d: &Description,
     bodies: &BTreeMap<String, String>,
     assembly: &mut Assembly,
-    taken: &mut Vec<String>,
+    taken: &mut BTreeSet<String>,
 ) {
+    let specs: BTreeMap<&str, &BodySpec> =
+        d.builder.bodies().iter().map(|b| (b.name.as_str(), b)).collect();
     for c in d.builder.couplings().iter().chain(&d.couplings) {
         let term = |t: &Term| {
             let at = &t.coordinate;
-            let spec = d.builder.bodies().iter().find(|b| b.name == at.body);
+            let spec = specs.get(at.body.as_str());
             let chain = spec.map_or(&[][..], |b| &b.hinge.subhinges);
             let before = chain.iter().take(at.subhinge).filter(|s| s.kind.nv() == 1).count();
             let local = bodies.get(&at.body).unwrap_or(&at.body);
@@ -170,30 +192,120 @@ fn couplings(
 }
 
 /// Collision shapes of the world as colliders.
-fn on_world(d: &Description, assembly: &mut Assembly, left_out: &mut Vec<String>) {
-    let world = d.shapes.iter().filter(|s| s.body == "world" && s.role != ShapeRole::Visual);
-    for s in world {
-        let Some(Value::Map(fields)) = shape(s, left_out) else { continue };
+fn on_world(d: &Description, groups: &Groups, assembly: &mut Assembly, left_out: &mut Vec<String>) {
+    let shapes = d.shapes.iter().enumerate();
+    for (k, s) in shapes.filter(|(_, s)| s.body == "world" && s.role != ShapeRole::Visual) {
+        let surface = groups.of(k);
+        let Some(Value::Map(fields)) = shape(s, &surface, left_out) else { continue };
         let keep = |k: &str| ["shape", "at", "color"].contains(&k);
         let mut out = vec![("on".to_owned(), Value::Text("world".into()).into())];
         out.extend(fields.into_iter().filter(|(k, _)| keep(k)));
+        out.extend(surface_of(s, &surface));
         let written = if s.name.is_empty() { "ground" } else { &s.name };
         let key = plain(written, |n| assembly.colliders.contains_key(n));
         assembly.colliders.insert(key, item(out));
     }
 }
 
+/// Groups of colliders that a description needs besides `default`.
+const GROUPS: usize = 30;
+
+/// The groups in which the collision shapes of a description are and which they meet.
+struct Groups {
+    classes: CollisionClasses,
+    /// The group of each class.
+    names: Vec<String>,
+    /// Whether each class meets shapes from outside the file, which have the usual filter.
+    outside: Vec<bool>,
+}
+
+/// The groups of one shape; empty: `default`, and it meets all.
+#[derive(Default)]
+struct ShapeGroups {
+    group: Option<String>,
+    meets: Option<Vec<String>>,
+}
+
+impl Groups {
+    fn new(d: &Description, left_out: &mut Vec<String>) -> Self {
+        let classes = d.collision_classes();
+        let mut filters = vec![Filter::default(); classes.meets.len()];
+        let mut names = vec!["default".to_owned(); classes.meets.len()];
+        for (k, s) in d.shapes.iter().enumerate().filter(|(_, s)| s.role != ShapeRole::Visual) {
+            let class = classes.of[k];
+            if class > 0 {
+                filters[class] = s.filter;
+                names[class] = format!("{:x}_{:x}", s.filter.category, s.filter.meets);
+                // Each shape of a pair has a separate group.
+                if d.pairs.iter().flatten().any(|p| *p == k) {
+                    names[class] = format!("{}_{k}", names[class]);
+                }
+            }
+        }
+        if names.len() > GROUPS {
+            left_out.push(format!(
+                "bit masks of {} kinds of collision shapes ({GROUPS} are the most): all meet",
+                names.len()
+            ));
+            return Self { classes, names: Vec::new(), outside: Vec::new() };
+        }
+        let outside = filters.iter().map(|f| f.lets(Filter::default())).collect();
+        Self { classes, names, outside }
+    }
+
+    /// The groups of a shape of the description.
+    fn of(&self, shape: usize) -> ShapeGroups {
+        if self.names.len() < 2 {
+            return ShapeGroups::default(); // one class: all meet
+        }
+        let class = self.classes.of[shape];
+        let used = |k: &&usize| **k > 0 || self.outside[class];
+        let all = self.classes.meets[class].iter().filter(used).map(|k| self.names[*k].clone());
+        let mut meets: Vec<String> = all.collect();
+        if self.outside[class] && !meets.iter().any(|m| m == "default") {
+            meets.push("default".into());
+        }
+        let group = (class > 0).then(|| self.names[class].clone());
+        ShapeGroups { group, meets: Some(meets) }
+    }
+}
+
+/// The fields that a colliding shape writes: its surface and its groups.
+fn surface_of(s: &BodyShape, groups: &ShapeGroups) -> Vec<(String, Located)> {
+    let mut out = Vec::new();
+    let texts =
+        |all: &[String]| Value::List(all.iter().map(|t| Value::Text(t.clone()).into()).collect());
+    if let Some(group) = &groups.group {
+        push(&mut out, "group", Value::Text(group.clone()));
+    }
+    if let Some(meets) = &groups.meets {
+        // An empty list is written, too: the shape meets nothing.
+        out.push(("meets".into(), texts(meets).into()));
+    }
+    for (field, x) in [
+        ("friction", s.surface.friction),
+        ("restitution", s.surface.restitution),
+        ("rolling_friction", s.surface.rolling),
+        ("spinning_friction", s.surface.spinning),
+    ] {
+        if let Some(x) = x {
+            push(&mut out, field, Value::Number(x));
+        }
+    }
+    out
+}
+
 fn local_names(name: &str, d: &Description) -> BTreeMap<String, String> {
     let mut out: BTreeMap<String, String> = BTreeMap::new();
-    let mut taken: Vec<String> = Vec::new();
+    let mut taken: BTreeSet<String> = BTreeSet::new();
     let prefix = format!("{name}/");
     let short = |n: &str| n.strip_prefix(&prefix).unwrap_or(n).to_owned();
     // Names that can stay come first, so that nothing takes them.
     let mut names: Vec<&str> = d.builder.bodies().iter().map(|b| b.name.as_str()).collect();
     names.sort_by_key(|n| (plain(&short(n), |_| false) != short(n), *n));
     for n in names {
-        let local = plain(&short(n), |l| taken.iter().any(|t| t == l));
-        taken.push(local.clone());
+        let local = plain(&short(n), |l| taken.contains(l));
+        taken.insert(local.clone());
         out.insert(n.to_owned(), local);
     }
     out
@@ -213,10 +325,10 @@ fn body_fields(spec: &BodySpec, names: &BTreeMap<String, String>) -> Vec<(String
     out
 }
 
-fn nodes(spec: &BodySpec, local: &str, name: &str, d: &Description) -> Value {
+fn nodes(spec: &BodySpec, local: &str, name: &str, all: &[&NodeSpec]) -> Value {
     let mut out: Vec<(String, Located)> = Vec::new();
     let prefixes = [format!("{name}/{local}/"), format!("{}/", spec.name)];
-    for n in d.builder.nodes().iter().filter(|n| n.body == spec.name) {
+    for n in all {
         let short = prefixes.iter().find_map(|p| n.name.strip_prefix(p.as_str()));
         let key = plain(short.unwrap_or(&n.name), |k| out.iter().any(|(o, _)| o == k));
         out.push((key, n.pose.write().into()));
@@ -228,9 +340,6 @@ fn nodes(spec: &BodySpec, local: &str, name: &str, d: &Description) -> Value {
 fn unusable(geometry: &Geometry) -> Option<String> {
     Some(match geometry {
         Geometry::Mesh { path: None, .. } => return None,
-        Geometry::Mesh { file, scale, .. } if scale.iter().product::<f64>() > 0.0 => {
-            format!("mesh `{file}`: bodies meet meshes of STL files alone")
-        }
         Geometry::Mesh { file, scale, .. } => {
             format!("mesh `{file}` with the scale {scale:?}, which mirrors or flattens it")
         }
@@ -240,7 +349,8 @@ fn unusable(geometry: &Geometry) -> Option<String> {
     })
 }
 
-fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
+/// A shape as an assembly writes it; `None`, and a line in `left_out`, for one that it cannot hold.
+fn shape(s: &BodyShape, groups: &ShapeGroups, left_out: &mut Vec<String>) -> Option<Value> {
     let number = Value::Number;
     let collides = s.role != ShapeRole::Visual;
     let of = |name: &str, fields: Vec<(&str, Value)>| {
@@ -259,15 +369,18 @@ fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
         Geometry::Capsule { radius, length } if positive(&[*radius, *length]) => {
             Some(of("Capsule", vec![("radius", number(*radius)), ("length", number(*length))]))
         }
-        Geometry::Mesh { path: Some(path), scale: [x, y, z], .. }
+        Geometry::Mesh { path: Some(path), scale: [x, y, z], file }
             if (x == y && y == z) || *x * *y * *z > 0.0 =>
         {
-            let stl = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("stl"));
+            // A mesh that is only shown is reported by the warnings of a loaded simulation.
+            if let Some(Err(why)) = collides.then(|| mesh_corners(path)) {
+                left_out.push(format!("shape of `{}`: mesh `{file}`: {why}", s.body));
+                return None;
+            }
             let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
             let file = Value::Text(path.display().to_string());
             let scale = if x == y && y == z { number(*x) } else { list([*x, *y, *z]) };
-            let readable = stl || !collides;
-            readable.then(|| of("Mesh", vec![("file", file), ("scale", scale)]))
+            Some(of("Mesh", vec![("file", file), ("scale", scale)]))
         }
         Geometry::Plane { .. } if collides => Some(variant("HalfSpace", Value::Null)),
         _ => None,
@@ -289,7 +402,9 @@ fn shape(s: &BodyShape, left_out: &mut Vec<String>) -> Option<Value> {
         push(&mut out, "name", Value::Text(s.name.replace('$', "_")));
     }
     if collides {
-        push(&mut out, "collide", Value::Bool(true));
+        let surface = surface_of(s, groups);
+        let plain = surface.is_empty();
+        push(&mut out, "collide", if plain { Value::Bool(true) } else { Value::Map(surface) });
         push(&mut out, "visible", Value::Bool(false));
     }
     Some(Value::Map(out))

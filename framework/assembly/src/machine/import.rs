@@ -166,9 +166,20 @@ pub(crate) fn with_imports(
                 }
             }
         }
+        add_pairs(&mut out, more.ignore);
         found.push(import.0);
     }
     out
+}
+
+/// Adds pairs that do not meet to those that an assembly has.
+fn add_pairs(to: &mut Assembly, more: Option<Located>) {
+    let Some(more) = more else { return };
+    match (&mut to.ignore, more.value) {
+        (Some(Located { value: Value::List(own), .. }), Value::List(pairs)) => own.extend(pairs),
+        (Some(_), _) => {} // reported where it is read
+        (none, value) => *none = Some(Located { value, origin: more.origin }),
+    }
 }
 
 fn read(
@@ -229,6 +240,9 @@ fn read(
     }
     let all = [&mut made.bodies, &mut made.loops, &mut made.couplings, &mut made.colliders];
     all.into_iter().flat_map(BTreeMap::values_mut).for_each(|form| form.origin = v.origin);
+    if let Some(pairs) = &mut made.ignore {
+        pairs.origin = v.origin;
+    }
     let full = |b: String| full_name(path, &b);
     let bodies = converted.bodies.into_iter().map(|(k, b)| (k, full(b))).collect();
     let (path, file) = (path.to_owned(), key);
@@ -273,6 +287,7 @@ fn hang(cx: &mut Cx, import: &ImportForm, (form, field): (&mut ItemForm, &str)) 
 fn options(import: &ImportForm, home: &Home) -> ReadOptions {
     let ImportCheck { inertia, unphysical } = import.inertia_check;
     let mut out = ReadOptions { root: import.root, inertia, unphysical, ..ReadOptions::default() };
+    out.keyframe = import.keyframe.as_ref().map(|k| k.text.clone());
     out.package_paths.extend(import.packages.iter().map(|t| match home {
         Home::Folder(home) => home.join(&t.text),
         Home::Embedded(_) => t.text.clone().into(),

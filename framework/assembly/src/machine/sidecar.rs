@@ -294,9 +294,8 @@ fn contacts(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
             // A side-car names no other shapes: they have been refused.
             _ => continue,
         };
-        let (body, name, pose, color) = (link.clone(), s.name, s.pose, s.color);
-        let role = ShapeRole::Contact;
-        d.shapes.push(BodyShape { body, name, role, pose, geometry, color });
+        let shape = BodyShape::new(&link, ShapeRole::Contact, s.pose, geometry);
+        d.shapes.push(BodyShape { name: s.name, color: s.color, ..shape });
     }
 }
 

@@ -8,7 +8,7 @@ use crate::body::hinge::slides;
 use crate::expand::instance::Instance;
 use crate::expand::reference::{Target, resolve, visible};
 use crate::mechanism::anchor::{Bodies, one_dof};
-use crate::schema::kind::{At, Kind, drive_number, flag};
+use crate::schema::kind::{At, Kind, drive_number, flag, list_of, text};
 use crate::schema::record::Record;
 use crate::text::report::Cx;
 use crate::text::value::{Text, entries, map, outer};
@@ -70,8 +70,11 @@ pub(crate) fn read(
 ) -> Contact {
     let all = outermost(instances);
     let apart = apart(cx, instances, bodies);
+    let names: BTreeSet<&str> = colliders.iter().map(|c| c.spec.name.as_str()).collect();
+    let own = own_pairs(cx, root, instances, (&names, complete));
     let none = |apart| {
-        let rules = Rules { apart, welded: welded(bodies), ..Rules::default() };
+        let ignore = own.clone();
+        let rules = Rules { apart, ignore, welded: welded(bodies), ..Rules::default() };
         Contact { complete, rules, ..Contact::default() }
     };
     let Some((here, v)) = all.first() else { return none(apart) };
@@ -91,7 +94,6 @@ pub(crate) fn read(
     let empty = Value::Null.into();
     let written = if v.value == Value::Bool(true) { &empty } else { *v };
     let Some(form) = ContactForm::read(cx, written, &at) else { return none(apart) };
-    let names: BTreeSet<&str> = colliders.iter().map(|c| c.spec.name.as_str()).collect();
     let scope = Scope { root, path: &here.path, names, complete };
     let rules = Rules {
         neighbours: form.neighbours,
@@ -121,6 +123,26 @@ pub(crate) fn read(
         resolved: None,
     };
     out.resolved = Some(resolved(v, &out));
+    // Assemblies keep their own pairs in the resolved text.
+    out.rules.ignore.extend(own);
+    out
+}
+
+/// Pairs in `ignore` of all assemblies, with full names.
+fn own_pairs(
+    cx: &mut Cx,
+    root: &Instance,
+    instances: &[&Instance],
+    (names, complete): (&BTreeSet<&str>, bool),
+) -> Vec<[String; 2]> {
+    let mut out = Vec::new();
+    for here in instances {
+        let Some(v) = &here.ignore else { continue };
+        let list = list_of(list_of(text()));
+        let Some(pairs) = list.read(cx, v, &At::new("`ignore`").origin(v.origin)) else { continue };
+        let scope = Scope { root, path: &here.path, names: names.clone(), complete };
+        out.extend(scope.pairs(cx, v, &pairs, "ignore"));
+    }
     out
 }
 

@@ -163,7 +163,7 @@ impl Reader {
             name: name.to_string(),
             variables: std::mem::take(&mut self.variables),
             shots,
-            ignored: root.unread(),
+            ignored: root.unread(None),
             order,
         })
     }

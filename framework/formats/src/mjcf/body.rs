@@ -8,13 +8,14 @@
 //! Joints that can share a hinge become one chain of subhinges; where D moves a later hinge's anchor,
 //! a massless body is put between.
 
+use super::defaults::MAIN;
 use super::{Classed, Mj};
 use crate::error::FaultKind;
 use crate::read::{Cx, root_body};
 use crate::xml::Element;
 use crate::{Description, Initial, Joint};
 use linkwork_multibody::names::suggest;
-use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_multibody::{BallLimits, BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
 use linkwork_spatial::{Pose, Vec3};
 
 /// A site: also those on the world, which are no nodes.
@@ -64,7 +65,7 @@ impl<'e> Mj<'e> {
         let mut worlds = 0;
         for world in root.all("worldbody") {
             worlds += 1;
-            let class = self.class_of(cx, world, "childclass", self.main);
+            let class = self.class_of(cx, world, "childclass", MAIN);
             let inside = self.contents(cx, world, class);
             self.shapes_and_sites(cx, &inside, "world", d);
             push_bodies(&mut todo, inside, "world", Pose::identity());
@@ -96,7 +97,7 @@ impl<'e> Mj<'e> {
         for c in &e.children {
             if c.name == "frame" {
                 c.touch();
-                let own = self.pose(cx, Classed { e: c, class }, "a <frame>");
+                let own = self.pose(cx, Classed { e: c, class, kind: "frame" }, "a <frame>");
                 c.attr("name");
                 let class = self.class_of(cx, c, "childclass", class);
                 self.collect(cx, c, pose * own, class, out);
@@ -117,7 +118,7 @@ impl<'e> Mj<'e> {
         e.touch();
         let name = self.body_name(cx, e);
         let what = format!("body `{name}`");
-        let X_PB = next.inside.pose * self.pose(cx, Classed { e, class }, &what);
+        let X_PB = next.inside.pose * self.pose(cx, Classed { e, class, kind: "body" }, &what);
         let X_WB = next.parent_pose * X_PB;
         let class = self.class_of(cx, e, "childclass", class);
         self.elements.insert(name.clone(), e);
@@ -173,6 +174,8 @@ impl<'e> Mj<'e> {
                 _ => format!("{body}_joint{}", out.len() + 1),
             };
             let Some(mover) = self.joint(cx, i, &name, body) else { continue };
+            self.spring_damper(cx, i, &name);
+            self.joint_order.push(name.clone());
             let scalar = mover.kind.nv() == 1;
             let known = JointRef { reference: mover.reference, scalar };
             if self.joints.insert(name.clone(), known).is_some() {
@@ -201,27 +204,58 @@ impl<'e> Mj<'e> {
 
     fn joint(&self, cx: &mut Cx<'_>, i: &Inside<'e>, name: &str, body: &str) -> Option<Mover> {
         let what = format!("joint `{name}`");
+        let (kind, anchor, reference) = (SubhingeKind::Free, Vec3::zeros(), 0.0);
+        let data = Joint::new(name, body, 1);
         if i.e.name == "freejoint" {
-            return Some(Mover {
-                name: name.into(),
-                kind: SubhingeKind::Free,
-                anchor: Vec3::zeros(),
-                reference: 0.0,
-                subhinge: SubhingeKind::Free.into(),
-                data: Joint::new(name, body, 1),
-            });
+            let subhinge = kind.into();
+            return Some(Mover { name: name.into(), kind, anchor, reference, subhinge, data });
         }
         let at = self.classed(cx, i.e, i.class);
-        let axis = self.numbers::<3>(cx, at, "axis", &what).map_or(Vec3::z(), Vec3::from);
-        let (text, place) = self.attr(at, "axis").unwrap_or(("", i.e.place()));
-        let axis = cx.unit(place, axis, text, &format!("{what}: `axis`")).unwrap_or_else(Vec3::z);
-        let axis = i.pose.transform_vector(&axis);
+        let kind = self.joint_kind(cx, i, at, name)?;
+        let mut out =
+            Mover { name: name.into(), kind, anchor, reference, subhinge: kind.into(), data };
+        out.subhinge.armature = self.size(cx, at, "armature", &what);
+        out.data.damping = self.size(cx, at, "damping", &what);
+        out.data.friction = self.size(cx, at, "frictionloss", &what);
+        out.data.stiffness = self.size(cx, at, "stiffness", &what);
+        out.subhinge.damping = out.data.damping;
+        if kind == SubhingeKind::Free {
+            self.free_joint(cx, i.e, &what, &out.data);
+            return Some(out);
+        }
+        let anchor = self.numbers::<3>(cx, at, "pos", &what).unwrap_or_default();
+        out.anchor = i.pose.transform_point(&Vec3::from(anchor));
+        let turns = matches!(kind, SubhingeKind::Pin { .. } | SubhingeKind::Ball);
+        let angle = if turns { self.settings.angle } else { 1.0 };
+        out.subhinge.spring.stiffness = out.data.stiffness;
+        if kind.nv() == 1 {
+            out.reference = self.number(cx, at, "ref", &what).unwrap_or(0.0) * angle;
+            out.data.spring_reference =
+                self.number(cx, at, "springref", &what).unwrap_or(0.0) * angle;
+            out.subhinge.limits = self.limits(cx, at, &what, angle);
+            out.subhinge.friction = Friction { force: out.data.friction, rate: 0.0 };
+        } else {
+            out.subhinge.ball = self.ball_limits(cx, at, &what, angle);
+        }
+        if out.data.stiffness != 0.0 {
+            out.subhinge.spring.rest = out.data.spring_reference;
+        }
+        Some(out)
+    }
+
+    /// Returns the kind of a joint, with its axis in the body.
+    fn joint_kind(
+        &self,
+        cx: &mut Cx<'_>,
+        i: &Inside<'e>,
+        at: Classed<'e>,
+        name: &str,
+    ) -> Option<SubhingeKind> {
         let (text, place) = self.attr(at, "type").unwrap_or(("hinge", i.e.place()));
-        let kind = match text {
-            "hinge" => SubhingeKind::Pin { axis },
-            "slide" => SubhingeKind::Slider { axis },
-            "ball" => SubhingeKind::Ball,
-            "free" => SubhingeKind::Free,
+        match text {
+            "ball" => return Some(SubhingeKind::Ball),
+            "free" => return Some(SubhingeKind::Free),
+            "hinge" | "slide" => {}
             other => {
                 let types = ["hinge", "slide", "ball", "free"];
                 let help = suggest(other, "type", types);
@@ -229,50 +263,82 @@ impl<'e> Mj<'e> {
                 cx.fault(place, FaultKind::UnknownJointType { joint, kind, help });
                 return None;
             }
-        };
-        let anchor = self.numbers::<3>(cx, at, "pos", &what).unwrap_or_default();
-        let angle =
-            if matches!(kind, SubhingeKind::Pin { .. }) { self.settings.angle } else { 1.0 };
-        let mut data = Joint::new(name, body, 1);
-        let mut subhinge = Subhinge::from(kind);
-        let mut reference = 0.0;
-        if kind.nv() == 1 {
-            reference = self.number(cx, at, "ref", &what).unwrap_or(0.0) * angle;
-            data.spring_reference = self.number(cx, at, "springref", &what).unwrap_or(0.0) * angle;
-            subhinge.limits = self.limits(cx, at, &what, angle);
         }
-        if kind != SubhingeKind::Free {
-            subhinge.armature = self.size(cx, at, "armature", &what);
-            data.damping = self.size(cx, at, "damping", &what);
-            data.friction = self.size(cx, at, "frictionloss", &what);
-            data.stiffness = self.size(cx, at, "stiffness", &what);
-            subhinge.damping = data.damping;
-            if kind.nv() == 1 {
-                subhinge.friction = Friction { force: data.friction, rate: 0.0 };
+        let what = format!("joint `{name}`");
+        let axis = self.numbers::<3>(cx, at, "axis", &what).map_or(Vec3::z(), Vec3::from);
+        let (written, place) = self.attr(at, "axis").unwrap_or(("", i.e.place()));
+        let what = format!("{what}: `axis`");
+        let axis = cx.unit(place, axis, written, &what).unwrap_or_else(Vec3::z);
+        let axis = i.pose.transform_vector(&axis);
+        Some(match text {
+            "hinge" => SubhingeKind::Pin { axis },
+            _ => SubhingeKind::Slider { axis },
+        })
+    }
+
+    /// Reports attributes of a free joint, its own or those of its class, that are not used.
+    fn free_joint(&self, cx: &mut Cx<'_>, e: &Element, what: &str, data: &Joint) {
+        for (name, value) in [("stiffness", data.stiffness), ("frictionloss", data.friction)] {
+            if value != 0.0 {
+                let note = format!("attribute {name}=\"{value}\" of a free joint");
+                cx.ignored.push(e.ignored(what, note));
             }
         }
-        let anchor = i.pose.transform_point(&Vec3::from(anchor));
-        Some(Mover { name: name.into(), kind, anchor, reference, subhinge, data })
+    }
+
+    /// `range="0 angle"` of a ball: the greatest angle of its whole rotation.
+    fn ball_limits(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str, unit: f64) -> BallLimits {
+        match self.range(cx, at, ("limited", "range"), what) {
+            Some([lower, upper]) if lower == 0.0 && upper > 0.0 => {
+                BallLimits { angle: upper * unit, ..BallLimits::NONE }
+            }
+            Some(_) => {
+                let (text, place) = self.attr(at, "range").unwrap_or(("", at.e.place()));
+                let what = format!("{what}: `range`");
+                cx.bad(place, &what, text, "0 and an angle", "write range=\"0 ANGLE\" for a ball");
+                BallLimits::NONE
+            }
+            None => BallLimits::NONE,
+        }
+    }
+
+    /// The numbers of a range that holds. With `autolimits`, a range holds when its first number is below the second.
+    fn range(
+        &self,
+        cx: &mut Cx<'_>,
+        at: Classed<'e>,
+        (limited, range): (&str, &str),
+        what: &str,
+    ) -> Option<[f64; 2]> {
+        let flag = self.flag(cx, at, limited, what);
+        let [lower, upper] = self.numbers::<2>(cx, at, range, what)?;
+        let (text, place) = self.attr(at, range)?;
+        match flag {
+            Some(false) => None,
+            None if !self.settings.autolimits => {
+                let fact =
+                    format!("{what} has `{range}` and no `{limited}`, and `autolimits` is false");
+                let help = format!("write {limited}=\"true\" or {limited}=\"false\"");
+                cx.fault(place, FaultKind::Unsupported { what: fact, help });
+                None
+            }
+            None if lower == upper => None,
+            _ if lower < upper => Some([lower, upper]),
+            _ => {
+                let help = "write the lower number first";
+                cx.bad(place, &format!("{what}: `{range}`"), text, "a range", help);
+                None
+            }
+        }
     }
 
     fn limits(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str, angle: f64) -> Limits {
         let mut limits = Limits::NONE;
-        let limited = self.flag(cx, at, "limited", what);
-        if let Some([lower, upper]) = self.numbers::<2>(cx, at, "range", what)
-            && limited.unwrap_or(self.settings.autolimits)
-        {
-            if lower <= upper {
-                (limits.lower, limits.upper) = (lower * angle, upper * angle);
-            } else {
-                let (text, place) = self.attr(at, "range").unwrap_or(("", at.e.place()));
-                let help = "write the lower number first";
-                cx.bad(place, &format!("{what}: `range`"), text, "a range", help);
-            }
+        if let Some([lower, upper]) = self.range(cx, at, ("limited", "range"), what) {
+            (limits.lower, limits.upper) = (lower * angle, upper * angle);
         }
-        let limited = self.flag(cx, at, "actuatorfrclimited", what);
-        if let Some([lower, upper]) = self.numbers::<2>(cx, at, "actuatorfrcrange", what)
-            && limited.unwrap_or(self.settings.autolimits)
-        {
+        let names = ("actuatorfrclimited", "actuatorfrcrange");
+        if let Some([lower, upper]) = self.range(cx, at, names, what) {
             limits.effort = upper.abs().max(lower.abs());
             if lower != -upper {
                 let note =
@@ -295,7 +361,9 @@ impl<'e> Mj<'e> {
         }
         for i in inside.iter().filter(|i| i.e.name == "site") {
             // A site without a name stays in the list of what was not used.
-            let Some((_, place)) = self.attr(Classed { e: i.e, class: i.class }, "name") else {
+            let Some((_, place)) =
+                self.attr(Classed { e: i.e, class: i.class, kind: &i.e.name }, "name")
+            else {
                 continue;
             };
             i.e.touch();
@@ -351,11 +419,12 @@ fn chain(
     for j in joints {
         if j.kind == SubhingeKind::Free {
             // Its coordinates are the pose in the world, as in MuJoCo.
-            spec.hinge.subhinges.push(j.subhinge);
+            let subhinges = free_subhinges(j.subhinge);
             let (p, r) = (X_PB.position, X_PB.rotation.coords);
             q.extend([p.x, p.y, p.z, r.x, r.y, r.z, r.w]);
             moved |= X_PB != Pose::identity();
-            carried.push(Joint { subhinge: 0, ..j.data });
+            carried.push(Joint { subhinge: 0, count: subhinges.len(), ..j.data });
+            spec.hinge.subhinges.extend(subhinges);
             C = Pose::identity();
             continue;
         }
@@ -389,6 +458,17 @@ fn chain(
     }
     spec.hinge_in_body = C.inverse();
     add(d, spec, &mut carried, &mut q, &mut moved);
+}
+
+/// Returns a free joint as one subhinge. A free subhinge has no armature and no damping: a joint with either becomes three
+/// sliders along the axes of the world and a ball, which have the same coordinates and rates.
+fn free_subhinges(s: Subhinge) -> Vec<Subhinge> {
+    if s.armature == 0.0 && s.damping == 0.0 {
+        return vec![s];
+    }
+    let sliders = [Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| SubhingeKind::Slider { axis });
+    let kinds = sliders.into_iter().chain([SubhingeKind::Ball]);
+    kinds.map(|kind| Subhinge { kind, ..s }).collect()
 }
 
 /// The subhinge with its axis turned by C, and S(−ref) in the joint's own axes.

@@ -8,15 +8,19 @@
 //! ```
 //! Subscript 0 is the reference configuration, at which the frames of a loop are taken to meet.
 
+use super::defaults::MAIN;
 use super::{Classed, Mj, word};
 use crate::error::FilePlace;
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Coupling, Description, LoopClosure, Term};
-use linkwork_multibody::Hinge;
+use linkwork_multibody::{Hinge, HingeCoordinate};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
 use std::collections::BTreeMap;
+
+/// The coordinate of each joint that has one.
+type Coordinates = BTreeMap<String, HingeCoordinate>;
 
 /// Σ cᵢ qᵢ with its value at the reference configuration.
 #[derive(Clone)]
@@ -28,7 +32,9 @@ struct Sum {
 impl<'e> Mj<'e> {
     /// All equalities; what cannot be a loop or a linear coupling is listed as ignored.
     pub fn equalities(&self, cx: &mut Cx<'_>, root: &'e Element, d: &mut Description) {
-        let tendons = self.tendons(cx, root, d);
+        let coordinates: Coordinates =
+            d.coordinates().into_iter().map(|(name, at)| (name.to_owned(), at)).collect();
+        let tendons = self.tendons(cx, root, &coordinates);
         let mut count = 0;
         for e in root.all("equality").flat_map(|list| &list.children) {
             count += 1;
@@ -36,7 +42,7 @@ impl<'e> Mj<'e> {
             if !matches!(kind, "connect" | "weld" | "joint" | "tendon") {
                 continue;
             }
-            let at = self.classed(cx, e, self.main);
+            let at = Classed { kind: "equality", ..self.classed(cx, e, MAIN) };
             let name = e.attr("name").map_or(format!("{kind}{count}"), str::to_owned);
             let what = format!("equality `{name}`");
             let active = self.attr(at, "active").and_then(|(text, place)| {
@@ -47,7 +53,7 @@ impl<'e> Mj<'e> {
                 cx.ignored.push(e.ignored(&what, "not active"));
             } else if matches!(kind, "joint" | "tendon") {
                 let sum = |cx: &mut Cx<'_>, name: &str, place: FilePlace| match kind {
-                    "joint" => self.joint_sum(cx, name, place, &what, d),
+                    "joint" => self.joint_sum(cx, name, place, &what, &coordinates),
                     _ => tendons.get(name).cloned().or_else(|| {
                         cx.unknown(place, &what, "fixed tendon", name, tendons.keys().copied());
                         None
@@ -69,14 +75,15 @@ impl<'e> Mj<'e> {
         name: &str,
         place: FilePlace,
         what: &str,
-        d: &Description,
+        coordinates: &Coordinates,
     ) -> Option<Sum> {
-        let found = self.joints.get(name).filter(|j| j.scalar).zip(d.coordinate(name));
+        let found = self.joints.get(name).filter(|j| j.scalar).zip(coordinates.get(name));
         if found.is_none() {
             let all = self.joints.iter().filter(|(_, j)| j.scalar).map(|(n, _)| n.as_str());
             cx.unknown(place, what, "hinge or slide joint", name, all);
         }
         let (joint, coordinate) = found?;
+        let coordinate = coordinate.clone();
         Some(Sum { terms: vec![Term { coordinate, factor: 1.0 }], reference: joint.reference })
     }
 
@@ -85,7 +92,7 @@ impl<'e> Mj<'e> {
         &self,
         cx: &mut Cx<'_>,
         root: &'e Element,
-        d: &Description,
+        coordinates: &Coordinates,
     ) -> BTreeMap<&'e str, Sum> {
         let used: Vec<&str> = (root.all("equality"))
             .flat_map(|l| l.children.iter().filter(|e| e.name == "tendon"))
@@ -105,7 +112,7 @@ impl<'e> Mj<'e> {
             for j in e.all("joint") {
                 let coefficient = cx.number(j, "coef", &what);
                 let Some(joint) = cx.required(j, "joint", &what) else { continue };
-                let one = self.joint_sum(cx, joint, j.place_of("joint"), &what, d);
+                let one = self.joint_sum(cx, joint, j.place_of("joint"), &what, coordinates);
                 let Some((one, c)) = one.zip(coefficient) else { continue };
                 sum.reference += c * one.reference;
                 sum.terms.extend(one.terms.into_iter().map(|t| Term { factor: c, ..t }));

@@ -5,18 +5,21 @@
 //! ```
 
 use super::body::Inside;
+use super::collide::moving_surface;
+use super::orientation::turn_of_z;
 use super::{Classed, FromGeoms, Mj};
-use crate::error::FaultKind;
+use crate::error::{FaultKind, FilePlace};
+use crate::mesh::solid::Properties;
 use crate::read::Cx;
 use crate::urdf::turned;
 use crate::xml::Element;
 use crate::{BodyShape, Description, Geometry, ShapeRole};
 use linkwork_multibody::names::suggest;
-use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, Quat, RigidInertia, Vec3};
+use linkwork_spatial::{InertiaCheck, MassProperties, Mat3, Pose, RigidInertia, Vec3};
 use std::f64::consts::PI;
 
 impl<'e> Mj<'e> {
-    /// Mass properties of a body: its `<inertial>`, or its geoms.
+    /// Mass properties of a body from its `<inertial>` or its geoms, raised to `boundmass` and `boundinertia`.
     pub fn mass(
         &self,
         cx: &mut Cx<'_>,
@@ -25,17 +28,42 @@ impl<'e> Mj<'e> {
         what: &str,
     ) -> MassProperties {
         let given = inside.iter().find(|i| i.e.name == "inertial");
-        match (given, self.settings.inertia) {
-            (Some(i), FromGeoms::Never | FromGeoms::WhenNotGiven) => self.inertial(cx, i, what),
-            (None, FromGeoms::Never) => MassProperties::massless(),
-            _ => self.mass_of_geoms(cx, body, inside, what),
+        let (e, mut mass) = match (given, self.settings.inertia) {
+            (Some(i), FromGeoms::Never | FromGeoms::WhenNotGiven) => {
+                (i.e, self.inertial(cx, i, what))
+            }
+            (None, FromGeoms::Never) => (body, MassProperties::massless()),
+            (given, _) => match (given, self.mass_of_geoms(cx, inside, what)) {
+                // As in MuJoCo, `inertiafromgeom` does not replace an inertial of a body without geoms.
+                (Some(i), none) if none == MassProperties::massless() => {
+                    (i.e, self.inertial(cx, i, what))
+                }
+                (_, mass) => (body, mass),
+            },
+        };
+        let [least_mass, least_moment] = self.settings.least;
+        mass.mass = mass.mass.max(least_mass);
+        if least_moment > 0.0 || self.settings.balance {
+            let mut axes = mass.inertia_com.symmetric_eigen();
+            axes.eigenvalues.apply(|x| *x = x.max(least_moment));
+            let I = axes.eigenvalues;
+            // Moments that satisfy the triangle inequality exactly are off by rounding.
+            if self.settings.balance && I.sum() < 2.0 * I.max() * (1.0 - 1e-12) {
+                axes.eigenvalues = Vec3::repeat(I.sum() / 3.0);
+            }
+            mass.inertia_com = axes.recompose();
         }
+        if mass == MassProperties::massless() {
+            return mass;
+        }
+        let what = if given.is_some() { format!("{what}: <inertial>") } else { what.to_owned() };
+        cx.checked(e, what, mass)
     }
 
     fn inertial(&self, cx: &mut Cx<'_>, i: &Inside<'e>, what: &str) -> MassProperties {
         let (e, what) = (i.e, format!("{what}: <inertial>"));
         e.touch();
-        let at = Classed { e, class: i.class };
+        let at = Classed { e, class: i.class, kind: "inertial" };
         let X_BC = i.pose * self.pose(cx, at, &what);
         cx.required(e, "mass", &what);
         let mass = cx.number(e, "mass", &what);
@@ -55,16 +83,10 @@ impl<'e> Mj<'e> {
             }
         };
         let (Some(mass), Some(J)) = (mass, J) else { return MassProperties::massless() };
-        cx.checked(e, what, MassProperties::new(mass, X_BC.position, turned(&J, &X_BC)))
+        MassProperties::new(mass, X_BC.position, turned(&J, &X_BC))
     }
 
-    fn mass_of_geoms(
-        &self,
-        cx: &mut Cx<'_>,
-        body: &'e Element,
-        inside: &[Inside<'e>],
-        what: &str,
-    ) -> MassProperties {
+    fn mass_of_geoms(&self, cx: &mut Cx<'_>, inside: &[Inside<'e>], what: &str) -> MassProperties {
         let mut sum = RigidInertia::zero();
         for i in inside.iter().filter(|i| i.e.name == "geom") {
             let at = self.classed(cx, i.e, i.class);
@@ -79,18 +101,11 @@ impl<'e> Mj<'e> {
             if mass == Some(0.0) || (mass.is_none() && density == 0.0) {
                 continue;
             }
-            let Some((X_BG, geometry)) = self.solid(cx, i, &geom) else { continue };
-            let Some((volume, unit_moments)) = solid(&geometry) else {
-                if matches!(geometry, Geometry::Mesh { .. }) {
-                    let note = "the inertia of a mesh is not computed: this geom adds no mass";
-                    cx.ignored.push(i.e.ignored(geom, note));
-                }
-                continue;
-            };
-            let mass = mass.unwrap_or(density * volume);
-            let J = Mat3::from_diagonal(&(unit_moments * mass));
-            let own =
-                MassProperties::new(mass, Vec3::zeros(), J).with_check(InertiaCheck::Physical);
+            let Some((X_BG, solid)) = self.solid_mass(cx, i, at, &geom) else { continue };
+            let mass = mass.unwrap_or(density * solid.volume);
+            let J = solid.inertia * (mass / solid.volume);
+            let own = MassProperties::new(mass, solid.centre, J)
+                .with_check(InertiaCheck::PositiveMoments);
             match own.validate() {
                 Ok(m) => sum += m.rotate(&X_BG.rotation).shift_to_parent(&X_BG.position),
                 Err(error) => {
@@ -104,19 +119,51 @@ impl<'e> Mj<'e> {
         }
         let J = sum.inertia_com();
         let J = (J + J.transpose()) * 0.5;
-        cx.checked(body, what.into(), MassProperties::new(sum.mass(), sum.com(), J))
+        MassProperties::new(sum.mass(), sum.com(), J)
+    }
+
+    /// Pose in the body, and volume and inertia for unit density, of a geom.
+    fn solid_mass(
+        &self,
+        cx: &mut Cx<'_>,
+        i: &Inside<'e>,
+        at: Classed<'e>,
+        what: &str,
+    ) -> Option<(Pose, Properties)> {
+        if self.kind(i, at).0 == "mesh" {
+            let mesh = self.mesh(cx, at, what)?;
+            let pose = i.pose * self.pose(cx, at, what);
+            return Some((pose, self.mesh_mass(cx, &mesh, i.e, what)?));
+        }
+        let (pose, geometry) = self.solid(cx, i, what)?;
+        let shell = self.flag(cx, at, "shellinertia", what) == Some(true);
+        let (volume, moments) = match shell {
+            true => thin(&geometry),
+            false => solid(&geometry),
+        }?;
+        let inertia = Mat3::from_diagonal(&(moments * volume));
+        Some((pose, Properties { volume, centre: Vec3::zeros(), inertia }))
+    }
+
+    /// The type of a geom, and where it is written.
+    fn kind(&self, i: &Inside<'e>, at: Classed<'e>) -> (&'e str, FilePlace) {
+        self.attr(at, "type").unwrap_or_else(|| ("sphere", i.e.place()))
     }
 
     /// The shapes that a geom is: what collides is also seen, unless its group is hidden.
-    pub fn shape(&self, cx: &mut Cx<'_>, i: &Inside<'e>, body: &str, d: &mut Description) {
+    pub fn shape(&mut self, cx: &mut Cx<'_>, i: &Inside<'e>, body: &str, d: &mut Description) {
         let at = self.classed(cx, i.e, i.class);
         let name = i.e.attr("name").unwrap_or_default().to_owned();
         let what = format!("body `{body}`: <{}>", i.e.label());
-        let before = cx.faults.len();
+        if !name.is_empty() {
+            self.geoms.insert(i.e.attr("name").unwrap_or_default(), body.to_owned());
+        }
+        let before = (cx.faults.len(), cx.ignored.len());
         let solid = self.solid(cx, i, &what);
         let of_mesh = matches!(solid, Some((_, Geometry::Mesh { .. })));
         let Some((pose, geometry)) = solid else {
-            if cx.faults.len() == before {
+            // A fault or a note says why, but for types that are not read.
+            if (cx.faults.len(), cx.ignored.len()) == before {
                 cx.ignored.push(i.e.ignored(what, "a geom of a type that is not read"));
             }
             return;
@@ -128,8 +175,11 @@ impl<'e> Mj<'e> {
         {
             color = cx.numbers::<4>(m, "rgba", "a <material>");
         }
-        let flag = |cx: &mut Cx<'_>, name: &str| self.number(cx, at, name, &what) != Some(0.0);
-        let collides = flag(cx, "contype") | flag(cx, "conaffinity");
+        let (filter, surface) = (self.filter(cx, at, &what), self.surface(cx, at, &what));
+        let velocity = self.numbers::<3>(cx, at, "surfacevel", &what);
+        moving_surface(cx, i.e, velocity, &what);
+        let collides =
+            filter.category != 0 || filter.meets != 0 || self.paired.contains(name.as_str());
         let hidden = self.number(cx, at, "group", &what).unwrap_or(0.0) >= 3.0;
         if of_mesh && let Geometry::Mesh { path: None, file, .. } = &geometry {
             let note = format!("the mesh file `{}` was not found", crate::read::shortened(file));
@@ -137,7 +187,7 @@ impl<'e> Mj<'e> {
         }
         let mut add = |role| {
             let (body, name, geometry) = (body.to_owned(), name.clone(), geometry.clone());
-            d.shapes.push(BodyShape { body, name, role, pose, geometry, color });
+            d.shapes.push(BodyShape { body, name, role, pose, geometry, color, surface, filter });
         };
         if !(hidden && collides) {
             add(ShapeRole::Visual);
@@ -150,12 +200,12 @@ impl<'e> Mj<'e> {
     /// Pose in the body and shape of a geom; `None` after a fault or for a type that is not read.
     fn solid(&self, cx: &mut Cx<'_>, i: &Inside<'e>, what: &str) -> Option<(Pose, Geometry)> {
         let at = self.classed(cx, i.e, i.class);
-        let (kind, place) = self.attr(at, "type").unwrap_or_else(|| {
-            (if i.e.attr("mesh").is_some() { "mesh" } else { "sphere" }, i.e.place())
-        });
+        let (kind, place) = self.kind(i, at);
         if kind == "mesh" {
+            let mesh = self.mesh(cx, at, what)?;
             let pose = i.pose * self.pose(cx, at, what);
-            return Some((pose, self.mesh(cx, at, what)?));
+            let (own, geometry) = self.mesh_geometry(cx, &mesh, what)?;
+            return Some((pose * own, geometry));
         }
         let needed = match kind {
             "sphere" => 1,
@@ -181,7 +231,11 @@ impl<'e> Mj<'e> {
             }
         };
         if self.attr(at, "mesh").is_some() {
-            return None; // a primitive fitted to a mesh
+            let note = format!(
+                "a {kind} that is fitted to a mesh; write type=\"mesh\" for the mesh itself"
+            );
+            cx.ignored.push(i.e.ignored(what, note));
+            return None;
         }
         let between = self.numbers::<6>(cx, at, "fromto", what).filter(|_| needed >= 2);
         let needed = if between.is_some() { 1 } else { needed };
@@ -199,9 +253,7 @@ impl<'e> Mj<'e> {
         if let Some([ax, ay, az, bx, by, bz]) = between {
             let (a, b) = (Vec3::new(ax, ay, az), Vec3::new(bx, by, bz));
             let z = cx.unit(i.e.place_of("fromto"), a - b, "", &format!("{what}: `fromto`"))?;
-            let half_turn = Quat::from_scaled_axis(Vec3::x() * PI);
-            let turn = Quat::rotation_between(&Vec3::z(), &z).unwrap_or(half_turn);
-            pose = i.pose * Pose::new(turn, (a + b) * 0.5);
+            pose = i.pose * Pose::new(turn_of_z(&z), (a + b) * 0.5);
             let half = (a - b).norm() * 0.5;
             size = match kind {
                 "box" | "ellipsoid" => vec![size[0], size[0], half],
@@ -216,25 +268,6 @@ impl<'e> Mj<'e> {
             return None;
         }
         Some((pose, of_size(kind, &size)))
-    }
-
-    fn mesh(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Option<Geometry> {
-        let (name, place) = self.attr(at, "mesh").or_else(|| {
-            cx.missing(at.e, what, "`mesh`", "name a mesh of <asset>");
-            None
-        })?;
-        let Some(asset) = self.meshes.get(name) else {
-            let names = self.meshes.keys().map(String::as_str);
-            cx.unknown(place, what, "mesh", name, names);
-            return None;
-        };
-        let file = asset.attr("file").unwrap_or_default();
-        let asset_at = self.classed(cx, asset, self.main);
-        let scaled = self.numbers::<3>(cx, asset_at, "scale", what);
-        let folder = self.settings.mesh_folder.trim_end_matches('/');
-        let file = if folder.is_empty() { file.to_owned() } else { format!("{folder}/{file}") };
-        let path = crate::mesh::find(&file, cx.options);
-        Some(Geometry::Mesh { file, path, scale: scaled.unwrap_or([1.0; 3]) })
     }
 }
 
@@ -275,6 +308,52 @@ pub(crate) fn solid(geometry: &Geometry) -> Option<(f64, Vec3)> {
             let x = mc * (3.0 * r * r + l * l) / 12.0
                 + ms * (0.4 * r * r + 0.25 * l * l + 0.375 * r * l);
             (vc + vs, Vec3::new(x, x, mc * 0.5 * r * r + ms * 0.4 * r * r))
+        }
+        Geometry::Plane { .. } | Geometry::Mesh { .. } => return None,
+    })
+}
+
+/// Area (m²) and moments of inertia for 1 kg about the centre (m²) of a thin shell; `None` for planes and meshes.
+fn thin(geometry: &Geometry) -> Option<(f64, Vec3)> {
+    Some(match *geometry {
+        Geometry::Sphere { radius: r } => (4.0 * PI * r * r, Vec3::repeat(r * r * 2.0 / 3.0)),
+        Geometry::Box { size } => {
+            let [a, b, c] = size;
+            let faces = [b * c, a * c, a * b];
+            let area = 2.0 * faces.iter().sum::<f64>();
+            // Mean of x² over the surface: the two faces across x are at a/2, the others are as a bar along x.
+            let square = |k: usize| {
+                let across = faces[k] * size[k] * size[k] / 4.0;
+                let along: f64 = (0..3).filter(|j| *j != k).map(|j| faces[j]).sum();
+                2.0 * (across + along * size[k] * size[k] / 12.0) / area
+            };
+            let [x, y, z] = [square(0), square(1), square(2)];
+            (area, Vec3::new(y + z, x + z, x + y))
+        }
+        Geometry::Cylinder { radius: r, length: l } => {
+            let (side, ends) = (2.0 * PI * r * l, 2.0 * PI * r * r);
+            let area = side + ends;
+            let x = side * (0.5 * r * r + l * l / 12.0) + ends * (0.25 * r * r + 0.25 * l * l);
+            (area, Vec3::new(x, x, side * r * r + ends * 0.5 * r * r) / area)
+        }
+        Geometry::Capsule { radius: r, length: l } => {
+            // The centre of a hemisphere's surface is r/2 beyond the end of the cylinder.
+            let (side, ends) = (2.0 * PI * r * l, 4.0 * PI * r * r);
+            let area = side + ends;
+            let x = side * (0.5 * r * r + l * l / 12.0)
+                + ends * (r * r * 2.0 / 3.0 + 0.25 * l * l + 0.5 * r * l);
+            (area, Vec3::new(x, x, side * r * r + ends * r * r * 2.0 / 3.0) / area)
+        }
+        Geometry::Ellipsoid { radii: [a, b, c] } => {
+            // Thomsen's area (within 1.1 %) and the shell between two ellipsoids, as MuJoCo takes them.
+            let p = 1.6075;
+            let power = |x: f64, y: f64| (x * y).powf(p);
+            let mean = (power(a, b) + power(a, c) + power(b, c)) / 3.0;
+            let area = 4.0 * PI * mean.powf(1.0 / p);
+            let faces = a * b + b * c + c * a;
+            let moment =
+                |x: f64, y: f64| (x * x + y * y) / 5.0 + 2.0 * a * b * c * (x + y) / (5.0 * faces);
+            (area, Vec3::new(moment(b, c), moment(a, c), moment(a, b)))
         }
         Geometry::Plane { .. } | Geometry::Mesh { .. } => return None,
     })

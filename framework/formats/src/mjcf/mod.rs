@@ -8,17 +8,27 @@
 //! [`Description::initial`] holds the reference configuration.
 
 mod body;
+mod collide;
+mod defaults;
 mod equality;
 mod geom;
 mod include;
+mod keyframe;
+mod mesh;
+mod orientation;
+mod refused;
+mod replicate;
+mod spring;
 
 use crate::error::{FaultKind, FilePlace};
 use crate::read::{Cx, ReadOptions, report_massless};
 use crate::xml::{Element, parse};
 use crate::{Description, FormatError};
-use linkwork_spatial::nalgebra::{Quaternion, Unit};
-use linkwork_spatial::{Pose, Quat, Vec3};
-use std::collections::BTreeMap;
+use defaults::Classes;
+pub(crate) use geom::solid;
+use linkwork_spatial::{Pose, Vec3};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Reads an MJCF text; includes are looked for beside `options.file`.
 ///
@@ -35,12 +45,18 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
         return cx.finish(&root, Description::default());
     }
     include::expand(&mut cx, &mut root);
+    let settings = settings(&mut cx, &root);
+    replicate::expand(&mut cx, &mut root, &settings);
     let root = root;
+    refused::report(&mut cx, &root);
     let name = root.attr("model").unwrap_or_default().to_owned();
     let mut d = Description { name, ..Description::default() };
-    let mut mj = Mj::new(&mut cx, &root);
+    let mut mj = Mj::new(&mut cx, &root, settings);
     mj.bodies(&mut cx, &root, &mut d);
     mj.scale_mass(&mut d);
+    mj.spring_dampers(&mut cx, &mut d);
+    mj.contacts(&mut cx, &root, &mut d);
+    mj.keyframes(&mut cx, &root, &mut d);
     mj.equalities(&mut cx, &root, &mut d);
     let place = |body: &str| mj.elements.get(body).map(|e| (*e, format!("mujoco/{}", e.label())));
     report_massless(&mut cx, &d.builder, place);
@@ -49,10 +65,8 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
 
 /// What holds for the whole file.
 struct Mj<'e> {
-    settings: Settings<'e>,
-    classes: BTreeMap<&'e str, Class<'e>>,
-    /// The class of elements that name none.
-    main: &'e str,
+    settings: Settings,
+    classes: Classes<'e>,
     materials: BTreeMap<&'e str, &'e Element>,
     meshes: BTreeMap<String, &'e Element>,
     /// Bodies by name: element, and `X_WB` at the reference configuration.
@@ -60,12 +74,24 @@ struct Mj<'e> {
     poses: BTreeMap<String, Pose>,
     sites: BTreeMap<&'e str, body::Site<'e>>,
     joints: BTreeMap<String, body::JointRef>,
+    /// Joints in the order of the file: their numbers in a keyframe.
+    joint_order: Vec<String>,
+    /// Geoms with a name that collide or may: the body of each.
+    geoms: BTreeMap<&'e str, String>,
+    /// Names of geoms in `<pair>`: they collide whatever their masks are.
+    paired: BTreeSet<&'e str>,
+    /// Joints with a `springdamper`: time constant, damping ratio, place.
+    spring_dampers: Vec<(String, [f64; 2], FilePlace)>,
+    /// Corners of meshes that have been read.
+    corners: RefCell<BTreeMap<String, mesh::Corners>>,
+    /// Where mesh files are looked for.
+    options: ReadOptions,
     /// Bodies without a name so far.
     unnamed: usize,
 }
 
 /// The `<compiler>` elements together.
-struct Settings<'e> {
+struct Settings {
     /// Factor to rad.
     angle: f64,
     /// Axes, and whether each turn is about the moving axes.
@@ -73,7 +99,13 @@ struct Settings<'e> {
     autolimits: bool,
     inertia: FromGeoms,
     groups: [f64; 2],
-    mesh_folder: &'e str,
+    mesh_folder: String,
+    /// Only the last part of the name of a mesh file counts.
+    strip_path: bool,
+    /// Least mass of a body, kg, and least principal moment, kg m².
+    least: [f64; 2],
+    /// Moments that break the triangle inequality are replaced by their mean.
+    balance: bool,
     /// All masses and inertias are scaled so that the sum is this, kg.
     total_mass: Option<f64>,
 }
@@ -86,70 +118,43 @@ enum FromGeoms {
     WhenNotGiven,
 }
 
-struct Class<'e> {
-    parent: Option<&'e str>,
-    elements: &'e Element,
-}
-
 /// An element whose attributes may come from a class.
 #[derive(Clone, Copy)]
 struct Classed<'e> {
     e: &'e Element,
     class: &'e str,
+    /// The name of its attributes' element in a class.
+    kind: &'e str,
 }
 
 impl<'e> Mj<'e> {
-    fn new(cx: &mut Cx<'_>, root: &'e Element) -> Self {
+    fn new(cx: &mut Cx<'_>, root: &'e Element, settings: Settings) -> Self {
         let mut mj = Mj {
-            settings: settings(cx, root),
-            classes: BTreeMap::new(),
-            main: "main",
+            settings,
+            classes: Classes::read(cx, root),
             materials: BTreeMap::new(),
             meshes: BTreeMap::new(),
             elements: BTreeMap::new(),
             poses: BTreeMap::from([("world".to_owned(), Pose::identity())]),
             sites: BTreeMap::new(),
             joints: BTreeMap::new(),
+            joint_order: Vec::new(),
+            geoms: BTreeMap::new(),
+            paired: collide::paired(root),
+            spring_dampers: Vec::new(),
+            corners: RefCell::default(),
+            options: cx.options.clone(),
             unnamed: 0,
         };
-        for (i, top) in root.all("default").enumerate() {
-            let name = top.attr("class").unwrap_or("main");
-            if i == 0 {
-                mj.main = name;
-            }
-            mj.class(cx, top, name, None);
-        }
         for asset in root.all("asset") {
             for m in asset.all("material") {
                 if let Some(name) = m.attr("name") {
                     mj.materials.insert(name, m);
                 }
             }
-            for m in asset.all("mesh") {
-                let file = m.attr("file").unwrap_or_default();
-                let stem = file.rsplit('/').next().unwrap_or(file);
-                let stem = stem.rsplit_once('.').map_or(stem, |(s, _)| s);
-                mj.meshes.insert(m.attr("name").unwrap_or(stem).to_owned(), m);
-            }
+            mj.find_meshes(asset);
         }
         mj
-    }
-
-    fn class(&mut self, cx: &mut Cx<'_>, e: &'e Element, name: &'e str, parent: Option<&'e str>) {
-        // The top class may be written in several parts; the first wins, the rest is listed.
-        if parent.is_some()
-            && let Some(first) = self.classes.get(name)
-        {
-            let (first, name) = (first.elements.place(), name.to_owned());
-            cx.fault(e.place(), FaultKind::Duplicate { kind: "class", name, first });
-            return;
-        }
-        self.classes.entry(name).or_insert(Class { parent, elements: e });
-        for inner in e.all("default") {
-            if let Some(own) = cx.required(inner, "class", "a nested <default>") {
-                self.class(cx, inner, own, Some(name));
-            }
-        }
     }
 
     /// `settotalmass`.
@@ -173,33 +178,25 @@ impl<'e> Mj<'e> {
         inherited: &'e str,
     ) -> &'e str {
         let Some(name) = e.attr(attribute) else { return inherited };
-        if self.classes.contains_key(name) {
-            return name;
+        if let Some(found) = self.classes.find(name) {
+            return found;
         }
         let what = format!("<{}>", e.label());
-        cx.unknown(e.place_of(attribute), &what, "class", name, self.classes.keys().copied());
+        cx.unknown(e.place_of(attribute), &what, "class", name, self.classes.names());
         inherited
     }
 
     fn classed(&self, cx: &mut Cx<'_>, e: &'e Element, inherited: &'e str) -> Classed<'e> {
-        Classed { e, class: self.class_of(cx, e, "class", inherited) }
+        Classed { e, class: self.class_of(cx, e, "class", inherited), kind: &e.name }
     }
 
-    /// An attribute of the element, else of its class, else of the classes around that.
+    /// An attribute of the element, else of its class.
     fn attr(&self, at: Classed<'e>, name: &str) -> Option<(&'e str, FilePlace)> {
-        if let Some(own) = at.e.attr(name) {
-            return Some((own, at.e.place_of(name)));
-        }
-        let mut class = self.classes.get(at.class);
-        while let Some(c) = class {
-            let found =
-                c.elements.all(&at.e.name).find_map(|d| Some((d.attr(name)?, d.place_of(name))));
-            if found.is_some() {
-                return found;
-            }
-            class = self.classes.get(c.parent?);
-        }
-        None
+        // An attribute of the class counts as read where the element has its own.
+        let holder = self.classes.holder(at.class, at.kind, name);
+        let of_class = holder.and_then(|h| Some((h.attr(name)?, h)));
+        let own = at.e.attr(name).map(|own| (own, at.e));
+        own.or(of_class).map(|(text, e)| (text, e.place_of(name)))
     }
 
     fn numbers<const N: usize>(
@@ -222,63 +219,6 @@ impl<'e> Mj<'e> {
         let Some(x) = self.number(cx, at, name, what) else { return 0.0 };
         let place = self.attr(at, name).map_or(at.e.place(), |(_, p)| p);
         cx.not_negative(place, x, &format!("{what}: `{name}`")).unwrap_or(0.0)
-    }
-
-    /// `pos` and the orientation in whichever way it is written.
-    fn pose(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Pose {
-        let p = self.numbers::<3>(cx, at, "pos", what).unwrap_or_default();
-        Pose::new(self.rotation(cx, at, what), Vec3::from(p))
-    }
-
-    fn rotation(&self, cx: &mut Cx<'_>, at: Classed<'e>, what: &str) -> Quat {
-        let unit = |cx: &mut Cx<'_>, n: Vec3, name: &str| {
-            let (text, place) = self.attr(at, name)?;
-            cx.unit(place, n, text, &format!("{what}: `{name}`"))
-        };
-        let turned = if let Some([w, x, y, z]) = self.numbers::<4>(cx, at, "quat", what) {
-            let raw = Quaternion::new(w, x, y, z);
-            let n = raw.coords.amax();
-            if (1e-100..=1e100).contains(&n) {
-                // The digits of a unit quaternion are kept.
-                let exact = raw.norm() == 1.0;
-                Some(if exact { Unit::new_unchecked(raw) } else { Quat::new_normalize(raw / n) })
-            } else {
-                let (text, place) = self.attr(at, "quat").unwrap_or(("", at.e.place()));
-                let help = "write w x y z, for example 1 0 0 0";
-                cx.bad(
-                    place,
-                    &format!("{what}: `quat`"),
-                    text,
-                    "a quaternion with a direction",
-                    help,
-                );
-                None
-            }
-        } else if let Some([x, y, z, a]) = self.numbers::<4>(cx, at, "axisangle", what) {
-            unit(cx, Vec3::new(x, y, z), "axisangle")
-                .map(|n| Quat::from_axis_angle(&Unit::new_unchecked(n), a * self.settings.angle))
-        } else if let Some(e) = self.numbers::<3>(cx, at, "euler", what) {
-            let mut q = Quat::identity();
-            for ((axis, moving), angle) in self.settings.euler.iter().zip(e) {
-                let turn = Quat::from_scaled_axis(axis * (angle * self.settings.angle));
-                q = if *moving { q * turn } else { turn * q };
-            }
-            Some(q)
-        } else if let Some([a, b, c, d, e, f]) = self.numbers::<6>(cx, at, "xyaxes", what) {
-            unit(cx, Vec3::new(a, b, c), "xyaxes").and_then(|x| {
-                let y = Vec3::new(d, e, f);
-                let y = unit(cx, y - x * x.dot(&y), "xyaxes")?;
-                Some(Quat::from_basis_unchecked(&[x, y, x.cross(&y)]))
-            })
-        } else if let Some(z) = self.numbers::<3>(cx, at, "zaxis", what) {
-            unit(cx, Vec3::from(z), "zaxis").map(|z| {
-                let half_turn = Quat::from_scaled_axis(Vec3::x() * std::f64::consts::PI);
-                Quat::rotation_between(&Vec3::z(), &z).unwrap_or(half_turn)
-            })
-        } else {
-            None
-        };
-        turned.unwrap_or_else(Quat::identity)
     }
 
     /// `true`, `false` or `auto` of an attribute; `None` for the last and when it is not there.
@@ -311,25 +251,22 @@ fn word<T: Copy>(
     found
 }
 
-fn settings<'e>(cx: &mut Cx<'_>, root: &'e Element) -> Settings<'e> {
-    let mut s = Settings {
-        angle: std::f64::consts::PI / 180.0,
-        euler: [(Vec3::x(), true), (Vec3::y(), true), (Vec3::z(), true)],
-        autolimits: true,
-        inertia: FromGeoms::WhenNotGiven,
-        groups: [0.0, 5.0],
-        mesh_folder: "",
-        total_mass: None,
-    };
+/// The `<compiler>` elements; the last one that writes an attribute counts.
+fn settings(cx: &mut Cx<'_>, root: &Element) -> Settings {
+    let mut s = Settings::default();
     for e in root.all("compiler") {
         let mut choice = |name: &str, words: &[(&str, f64)]| {
             let text = e.attr(name)?;
             word(cx, e.place_of(name), text, &format!("<compiler>: `{name}`"), words)
         };
-        s.angle = choice("angle", &[("radian", 1.0), ("degree", s.angle)]).unwrap_or(s.angle);
-        if let Some(a) = choice("autolimits", &[("true", 1.0), ("false", 0.0)]) {
-            s.autolimits = a > 0.0;
-        }
+        let degree = std::f64::consts::PI / 180.0;
+        s.angle = choice("angle", &[("radian", 1.0), ("degree", degree)]).unwrap_or(s.angle);
+        let mut yes = |name: &str, now: bool| {
+            choice(name, &[("true", 1.0), ("false", 0.0)]).map_or(now, |x| x > 0.0)
+        };
+        s.autolimits = yes("autolimits", s.autolimits);
+        s.balance = yes("balanceinertia", s.balance);
+        s.strip_path = yes("strippath", s.strip_path);
         match choice("inertiafromgeom", &[("true", 1.0), ("false", 0.0), ("auto", 2.0)]) {
             Some(0.0) => s.inertia = FromGeoms::Never,
             Some(1.0) => s.inertia = FromGeoms::Always,
@@ -348,9 +285,32 @@ fn settings<'e>(cx: &mut Cx<'_>, root: &'e Element) -> Settings<'e> {
         }
         s.groups = cx.numbers::<2>(e, "inertiagrouprange", "<compiler>").unwrap_or(s.groups);
         s.total_mass = cx.number(e, "settotalmass", "<compiler>").or(s.total_mass);
-        s.mesh_folder = e.attr("meshdir").or(e.attr("assetdir")).unwrap_or(s.mesh_folder);
+        for (least, name) in s.least.iter_mut().zip(["boundmass", "boundinertia"]) {
+            let Some(x) = cx.number(e, name, "<compiler>") else { continue };
+            let what = format!("<compiler>: `{name}`");
+            *least = cx.not_negative(e.place_of(name), x, &what).unwrap_or(*least);
+        }
+        let folder = e.attr("meshdir").or(e.attr("assetdir"));
+        s.mesh_folder = folder.map_or(s.mesh_folder, str::to_owned);
     }
     s
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            angle: std::f64::consts::PI / 180.0,
+            euler: [(Vec3::x(), true), (Vec3::y(), true), (Vec3::z(), true)],
+            autolimits: true,
+            inertia: FromGeoms::WhenNotGiven,
+            groups: [0.0, 5.0],
+            mesh_folder: String::new(),
+            strip_path: false,
+            least: [0.0; 2],
+            balance: false,
+            total_mass: None,
+        }
+    }
 }
 
 /// Lower case turns about moving axes, upper case about fixed ones.

@@ -61,6 +61,8 @@ struct Frame<'e> {
     attached_to: Option<Name>,
     /// Of a link; of a `<frame>` the name of its node.
     body: Option<String>,
+    /// The frame inside a model that is at its pose, when that is not the model's own.
+    placement: Option<Name>,
 }
 
 /// A name as written, to be looked up when all frames are known.
@@ -119,7 +121,9 @@ impl<'e> Frames<'e> {
             Name { text, scope, place, what: format!("{what}: `canonical_link`") }
         });
         let attached_to = attached_to.or_else(|| Some(base(outer, e, &what)));
-        let frame = Frame { e, kind: "model", relative_to, pose, attached_to, body: None };
+        let placement = placement(e, own, &what);
+        let frame =
+            Frame { e, kind: "model", relative_to, pose, attached_to, body: None, placement };
         self.add(cx, &own.base(), name, frame);
     }
 
@@ -129,7 +133,8 @@ impl<'e> Frames<'e> {
         let relative_to = Some(relative.unwrap_or_else(|| base(scope, e, &what)));
         let key = format!("{}{name}", scope.prefix);
         let body = Some(scope.body(name));
-        let frame = Frame { e, kind: "link", relative_to, pose, attached_to: None, body };
+        let (attached_to, placement) = (None, None);
+        let frame = Frame { e, kind: "link", relative_to, pose, attached_to, body, placement };
         self.add(cx, &key, name, frame);
         key
     }
@@ -154,7 +159,8 @@ impl<'e> Frames<'e> {
         let key = format!("{}{name}", scope.prefix);
         let relative_to = Some(relative.unwrap_or_else(child));
         let attached_to = Some(child());
-        let frame = Frame { e, kind: "joint", relative_to, pose, attached_to, body: None };
+        let (body, placement) = (None, None);
+        let frame = Frame { e, kind: "joint", relative_to, pose, attached_to, body, placement };
         self.add(cx, &key, name, frame);
         key
     }
@@ -175,7 +181,13 @@ impl<'e> Frames<'e> {
         let relative_to = Some(relative.unwrap_or_else(attached));
         let (attached_to, body) = (Some(attached()), Some(scope.body(name)));
         let key = format!("{}{name}", scope.prefix);
-        let frame = Frame { e, kind: "frame", relative_to, pose, attached_to, body };
+        // The frame of a merged model does not become a node.
+        let merged = e.attr("merged").is_some() && name.starts_with("_merged__");
+        let (kind, placement) = match merged {
+            true => ("merged", placement(e, scope, &what)),
+            false => ("frame", None),
+        };
+        let frame = Frame { e, kind, relative_to, pose, attached_to, body, placement };
         self.add(cx, &key, name, frame);
     }
 
@@ -230,7 +242,8 @@ impl<'e> Frames<'e> {
         let from_body = self.order(cx, &keys, |k| next[k].1.as_str(), "attached to");
         let (Some(from_base), Some(from_body)) = (from_base, from_body) else { return };
         for k in from_base {
-            let X = self.pose(&next[k].0) * self.all[k].pose;
+            let Some(own) = self.own_pose(cx, k, &next, 0) else { return };
+            let X = self.pose(&next[k].0) * own;
             self.placed.insert(k.to_owned(), (X, "world".to_owned()));
         }
         for k in from_body {
@@ -245,6 +258,33 @@ impl<'e> Frames<'e> {
                 placed.1 = body;
             }
         }
+    }
+
+    /// The pose of a frame in that which it is relative to: of a model as written, less the pose of its placement frame.
+    fn own_pose(
+        &self,
+        cx: &mut Cx<'_>,
+        key: &str,
+        next: &BTreeMap<String, (String, String)>,
+        depth: usize,
+    ) -> Option<Pose> {
+        let frame = &self.all[key];
+        let Some(name) = &frame.placement else { return Some(frame.pose) };
+        // This walks from the placement frame to the model, to which every frame inside is relative in the end.
+        let mut at = self.find(cx, name)?;
+        let mut X = Pose::identity();
+        while at != key {
+            let inside = next.get(&at).filter(|_| at != "world" && depth < PLACEMENTS);
+            let Some((base, _)) = inside else {
+                let what = format!("{}: `{}` is not inside the model", name.what, name.text);
+                let help = "name a link or frame of the model".to_owned();
+                cx.fault(name.place.clone(), FaultKind::Unsupported { what, help });
+                return None;
+            };
+            X = self.own_pose(cx, &at, next, depth + 1)? * X;
+            at.clone_from(base);
+        }
+        Some(frame.pose * X.inverse())
     }
 
     /// The keys so that each follows the one that it is based on; `None` and a fault for a ring.
@@ -306,6 +346,17 @@ impl<'e> Frames<'e> {
             })
             .collect()
     }
+}
+
+/// Models with placement frames inside each other.
+const PLACEMENTS: usize = 100;
+
+/// The placement frame of a model, a name inside it.
+fn placement(e: &Element, own: &Scope, what: &str) -> Option<Name> {
+    let text = e.attr("placement_frame").filter(|t| !t.is_empty() && *t != "__model__")?;
+    let (text, scope) = (text.to_owned(), own.prefix.clone());
+    let (place, what) = (e.place_of("placement_frame"), format!("{what}: `placement_frame`"));
+    Some(Name { text, scope, place, what })
 }
 
 fn base(scope: &Scope, e: &Element, what: &str) -> Name {

@@ -14,7 +14,7 @@ use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Coupling, Description, HingeCoordinate, Joint, LoopClosure, Term};
 use linkwork_multibody::names::suggest;
-use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, Subhinge, SubhingeKind};
+use linkwork_multibody::{BodySpec, Friction, Hinge, Limits, Spring, Subhinge, SubhingeKind};
 use linkwork_spatial::Vec3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -60,11 +60,12 @@ impl<'e> Sdf<'e> {
         if movers.contains_key(&child) {
             let mut hinge = hinge;
             for s in &mut hinge.subhinges {
-                if s.damping != 0.0 || s.friction != Friction::NONE {
-                    let note = "damping and friction do not act on a joint that closes a loop";
+                if s.damping != 0.0 || s.friction != Friction::NONE || s.spring != Spring::NONE {
+                    let note =
+                        "damping, friction and springs do not act on a joint that closes a loop";
                     cx.ignored.push(j.e.ignored(what.as_str(), note));
                 }
-                (s.damping, s.friction) = (0.0, Friction::NONE);
+                (s.damping, s.friction, s.spring) = (0.0, Friction::NONE, Spring::NONE);
             }
             let name = j.name.clone();
             let (body_a, frame_a, body_b, frame_b) = (parent, X_PJ, child, X_BJ);
@@ -97,7 +98,11 @@ impl<'e> Sdf<'e> {
                 (data.stiffness, data.spring_reference) = (own.stiffness, own.spring_reference);
             }
             let friction = Friction { force: own.friction, rate: 0.0 };
-            Subhinge { limits, damping: own.damping, friction, ..make(axis).into() }
+            let spring = match own.stiffness {
+                0.0 => Spring::NONE,
+                stiffness => Spring { stiffness, rest: own.spring_reference },
+            };
+            Subhinge { limits, damping: own.damping, friction, spring, ..make(axis).into() }
         };
         let pin = |axis| SubhingeKind::Pin { axis };
         let subhinges = match kind {
@@ -169,7 +174,7 @@ impl<'e> Sdf<'e> {
         }
         let in_model = match e.child_text("use_parent_model_frame") {
             Some((_, text)) => matches!(text, "true" | "1"),
-            None => self.old,
+            None => false,
         };
         let key = match expressed {
             Some((xyz, text)) => {

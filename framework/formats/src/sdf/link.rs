@@ -1,11 +1,10 @@
-//! Mass properties and shapes of an SDF link.
+//! Shapes of an SDF link.
 
 use super::frames::plain_pose;
 use crate::read::Cx;
-use crate::urdf::turned;
 use crate::xml::Element;
-use crate::{BodyShape, Description, Geometry, ShapeRole, geometry};
-use linkwork_spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
+use crate::{BodyShape, Description, Filter, Geometry, ShapeRole, Surface, geometry};
+use linkwork_spatial::{Pose, Quat, Vec3};
 
 /// Numbers inside a child element, or `None` when it is not there.
 pub(super) fn numbers<const N: usize>(
@@ -23,30 +22,6 @@ pub(super) fn number(cx: &mut Cx<'_>, e: &Element, name: &str, what: &str) -> Op
     numbers::<1>(cx, e, name, what).map(|[x]| x)
 }
 
-/// What is not written is 1 kg and 1 kg m², as in the format's specification, and listed.
-pub(super) fn inertial(cx: &mut Cx<'_>, link: &Element, body: &str) -> MassProperties {
-    let what = format!("link `{body}`");
-    let Some(e) = link.child("inertial") else {
-        let note = "no <inertial>: the format's default of 1 kg and 1 kg m² is used";
-        cx.ignored.push(link.ignored(format!("sdf/{}", link.label()), note));
-        return MassProperties::new(1.0, Vec3::zeros(), Mat3::identity());
-    };
-    let what = format!("{what}: <inertial>");
-    let X_BC = e.child("pose").map_or(Pose::identity(), |p| plain_pose(cx, p, &what));
-    let mass = number(cx, e, "mass", &what).unwrap_or(1.0);
-    let mut entry = |name: &str, default: f64| {
-        e.child("inertia").and_then(|i| number(cx, i, name, &what)).unwrap_or(default)
-    };
-    let [xx, yy, zz] = ["ixx", "iyy", "izz"].map(|n| entry(n, 1.0));
-    let [xy, xz, yz] = ["ixy", "ixz", "iyz"].map(|n| entry(n, 0.0));
-    if e.child("inertia").is_none() || e.child("mass").is_none() {
-        let note = "without <mass> or <inertia>: the format's default of 1 is used";
-        cx.ignored.push(e.ignored(&what, note));
-    }
-    let J = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-    cx.checked(e, what, MassProperties::new(mass, X_BC.position, turned(&J, &X_BC)))
-}
-
 /// Visuals and collisions.
 pub(super) fn shapes(cx: &mut Cx<'_>, link: &Element, body: &str, d: &mut Description) {
     for (list, role) in [("visual", ShapeRole::Visual), ("collision", ShapeRole::Collision)] {
@@ -62,11 +37,83 @@ pub(super) fn shapes(cx: &mut Cx<'_>, link: &Element, body: &str, d: &mut Descri
             };
             if let Some((turn, geometry)) = solid(cx, g, &what) {
                 let pose = pose * Pose::rotation(turn);
-                d.shapes.push(BodyShape { body: body.into(), name, role, pose, geometry, color });
+                let shape = BodyShape::new(body, role, pose, geometry);
+                let (surface, filter) = match role {
+                    ShapeRole::Visual => (Surface::default(), Filter::default()),
+                    _ => (surface(cx, e, &what), filter(cx, e, &what)),
+                };
+                d.shapes.push(BodyShape { name, color, surface, filter, ..shape });
             }
         }
     }
 }
+
+/// `<surface>`: friction as ODE and Bullet read it (`mu`), and restitution.
+fn surface(cx: &mut Cx<'_>, collision: &Element, what: &str) -> Surface {
+    let mut out = Surface::default();
+    let Some(e) = collision.child("surface") else { return out };
+    let what = format!("{what}: <surface>");
+    if let Some(friction) = e.child("friction") {
+        let of = |engine: &str, name: &'static str| Some((friction.child(engine)?, name));
+        let all = [of("ode", "mu"), of("bullet", "friction")];
+        if let Some((engine, name)) = all.into_iter().flatten().next() {
+            out.friction = number(cx, engine, name, &what);
+            let across = if name == "mu" { "mu2" } else { "friction2" };
+            let second = number(cx, engine, across, &what);
+            if let (Some(first), Some(second)) = (out.friction, second)
+                && first != second
+            {
+                let note = format!("<{across}> {second}: friction is {first} in all directions");
+                cx.ignored.push(engine.ignored(&what, note));
+            }
+        }
+    }
+    let bounce = e.child("bounce");
+    out.restitution = bounce.and_then(|b| number(cx, b, "restitution_coefficient", &what));
+    let mut sound = |x: Option<f64>, most: f64, name: &str| {
+        let value = x?;
+        if (0.0..=most).contains(&value) {
+            return x;
+        }
+        let (expected, help) = (format!("a number from 0 to {most}"), "correct the number");
+        cx.bad(e.place(), &format!("{what}: {name}"), &value.to_string(), &expected, help);
+        None
+    };
+    out.friction = sound(out.friction, f64::MAX, "friction");
+    out.restitution = sound(out.restitution, 1.0, "restitution");
+    out
+}
+
+/// `<collide_bitmask>` and `<category_bitmask>`: without the second, the first is both.
+fn filter(cx: &mut Cx<'_>, collision: &Element, what: &str) -> Filter {
+    let contact = collision.child("surface").and_then(|s| s.child("contact"));
+    let mut mask = |name: &str| {
+        let (at, text) = contact?.child_text(name)?;
+        let bits = match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
+            Some(hex) => u32::from_str_radix(hex, 16).ok(),
+            None => text.parse().ok(),
+        };
+        if bits.is_none() {
+            let help = "write a whole number, such as 3 or 0x03";
+            cx.bad(at.place(), &format!("{what}: <{name}>"), text, "a mask of 32 bits", help);
+        }
+        bits
+    };
+    let (collide, category) = (mask("collide_bitmask"), mask("category_bitmask"));
+    let meets = collide.unwrap_or(EVERY);
+    Filter { category: category.unwrap_or(meets), meets }
+}
+
+/// Where no collision of a file writes a mask, all have the usual filter.
+pub(super) fn usual_filters(shapes: &mut [BodyShape]) {
+    let every = Filter { category: EVERY, meets: EVERY };
+    if shapes.iter().all(|s| s.role == ShapeRole::Visual || s.filter == every) {
+        shapes.iter_mut().for_each(|s| s.filter = Filter::default());
+    }
+}
+
+/// All categories that a collision can be in by default.
+const EVERY: u32 = 0xFFFF;
 
 /// Three or four numbers: opacity is 1 when it is not written.
 fn color(cx: &mut Cx<'_>, material: &Element, what: &str) -> Option<[f64; 4]> {
@@ -75,7 +122,8 @@ fn color(cx: &mut Cx<'_>, material: &Element, what: &str) -> Option<[f64; 4]> {
     Some([c[0], c[1], c[2], c.get(3).copied().unwrap_or(1.0)])
 }
 
-fn solid(cx: &mut Cx<'_>, g: &Element, what: &str) -> Option<(Quat, Geometry)> {
+/// The shape inside a `<geometry>`, and the rotation of its frame.
+pub(super) fn solid(cx: &mut Cx<'_>, g: &Element, what: &str) -> Option<(Quat, Geometry)> {
     let kinds = ["box", "sphere", "cylinder", "capsule", "ellipsoid", "plane", "mesh"];
     let e = kinds.iter().find_map(|k| g.child(k))?;
     let what = format!("{what}: <{}>", e.name);

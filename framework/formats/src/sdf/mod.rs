@@ -8,8 +8,11 @@
 //! its pose in the world. A joint to a link that another joint moves already closes a loop.
 
 mod frames;
+mod include;
+mod inertia;
 mod joint;
 mod link;
+mod version;
 
 use crate::error::FaultKind;
 use crate::read::{Cx, ReadOptions, report_massless, root_body};
@@ -25,7 +28,7 @@ use std::collections::BTreeMap;
 /// Every mistake: malformed XML, names that are doubled or lead nowhere, frames in a ring, unknown
 /// joint types, values that are not numbers, inertias that no body has.
 pub fn read_sdf(text: &str, options: &ReadOptions) -> Result<Description, FormatError> {
-    let root = parse(text, &options.file_name())?;
+    let mut root = parse(text, &options.file_name())?;
     let mut cx = Cx::new(options);
     if !matches!(root.name.as_str(), "sdf" | "gazebo") {
         let help = "an SDF file is <sdf version=\"1.9\"> .. </sdf>".to_owned();
@@ -33,12 +36,11 @@ pub fn read_sdf(text: &str, options: &ReadOptions) -> Result<Description, Format
         cx.fault(root.place(), kind);
         return cx.finish(&root, Description::default());
     }
-    let old = match root.attr("version").map(str::parse::<f64>) {
-        Some(Ok(version)) => version < 1.5,
-        Some(Err(_)) | None => false,
-    };
+    version::prepare(&mut cx, &mut root);
+    include::expand(&mut cx, &mut root);
+    let root = root;
     let mut d = Description::default();
-    let mut sdf = Sdf { frames: Frames::new(), links: BTreeMap::new(), joints: Vec::new(), old };
+    let mut sdf = Sdf { frames: Frames::new(), links: BTreeMap::new(), joints: Vec::new() };
     let worlds: Vec<&Element> = root.all("world").collect();
     let holders = if worlds.is_empty() { vec![&root] } else { worlds };
     for holder in &holders {
@@ -46,7 +48,12 @@ pub fn read_sdf(text: &str, options: &ReadOptions) -> Result<Description, Format
         sdf.holder(&mut cx, holder, &mut d.name);
     }
     if sdf.links.is_empty() && cx.faults.is_empty() {
-        cx.missing(&root, "the file", "<model> with a <link>", "write <model><link name=\"..\"/>");
+        let missed = cx.ignored.iter().filter(|i| i.path == "sdf/include").map(|i| i.what.as_str());
+        let help = match missed.collect::<Vec<_>>().join("; ") {
+            none if none.is_empty() => "write <model><link name=\"..\"/>".to_owned(),
+            some => some,
+        };
+        cx.missing(&root, "the file", "<model> with a <link>", help);
     }
     sdf.frames.resolve(&mut cx);
     if cx.faults.is_empty() {
@@ -78,16 +85,11 @@ struct Sdf<'e> {
     /// By name of the body.
     links: BTreeMap<String, Link<'e>>,
     joints: Vec<JointAt<'e>>,
-    /// Before version 1.5 axes are in the model's frame.
-    old: bool,
 }
 
 impl<'e> Sdf<'e> {
     /// The models of a world, or of the file.
     fn holder(&mut self, cx: &mut Cx<'_>, holder: &'e Element, name: &mut String) {
-        for e in holder.all("include") {
-            report_include(cx, e);
-        }
         let models: Vec<&Element> = holder.all("model").collect();
         let alone = models.len() == 1;
         let world = Scope::world();
@@ -144,9 +146,6 @@ impl<'e> Sdf<'e> {
         for f in e.all("frame") {
             self.frames.frame(cx, f, &scope);
         }
-        for inner in e.all("include") {
-            report_include(cx, inner);
-        }
         for inner in e.all("model") {
             let Some(own) = cx.required(inner, "name", "a nested <model>") else { continue };
             let nested = scope.inner(own, own);
@@ -181,7 +180,8 @@ impl<'e> Sdf<'e> {
             self.read_joint(cx, j, &mut movers, d);
         }
         for (body, l) in &self.links {
-            let mass = link::inertial(cx, l.e, body);
+            let mass = inertia::inertial(cx, l.e, body);
+            self.weightless(cx, l.e, body);
             link::shapes(cx, l.e, body, d);
             match movers.remove(body) {
                 Some(spec) => drop(d.builder.body(spec.mass(mass))),
@@ -195,9 +195,18 @@ impl<'e> Sdf<'e> {
         for (name, body, pose) in self.frames.nodes() {
             d.builder.node(name, body, pose);
         }
+        link::usual_filters(&mut d.shapes);
         self.rings(cx, d);
         self.mimics(cx, d);
         self.gearboxes(cx, d);
+    }
+
+    /// Reports a link that gravity does not act on in the file.
+    fn weightless(&self, cx: &mut Cx<'_>, link: &Element, body: &str) {
+        if let Some((at, "false" | "0")) = link.child_text("gravity") {
+            let note = "<gravity>false</gravity>: gravity acts on this link all the same";
+            cx.ignored.push(at.ignored(format!("link `{body}`"), note));
+        }
     }
 
     /// Links that hang on each other in a ring, each ring once.
@@ -219,11 +228,4 @@ impl<'e> Sdf<'e> {
             }
         }
     }
-}
-
-fn report_include(cx: &mut Cx<'_>, e: &Element) {
-    let uri = e.child_text("uri").map_or("", |(_, text)| text);
-    let what = format!("the include of `{}` is not resolved", crate::read::shortened(uri));
-    e.touch_all();
-    cx.ignored.push(e.ignored("sdf/include", what));
 }

@@ -76,6 +76,8 @@ def load(
     *,
     inertia_check: Literal["warn", "physical", "positive_moments"] = "warn",
     packages: Sequence[_Path] | None = None,
+    couplings: bool = True,
+    keyframe: str | None = None,
 ) -> Mechanism: ...
 def read_log(path: _Path) -> dict[str, Series]: ...
 @final

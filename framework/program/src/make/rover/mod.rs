@@ -97,8 +97,7 @@ fn quaternion([x, y, z, w]: [f64; 4]) -> String {
 fn shown_of(d: &Description, body: &str) -> bool {
     let seen = |g: &Geometry| match g {
         Geometry::Mesh { path, .. } => {
-            let kind = path.as_deref().and_then(Path::extension).and_then(|e| e.to_str());
-            kind.is_some_and(|e| e.eq_ignore_ascii_case("stl"))
+            path.as_deref().is_some_and(|p| linkwork_assembly::mesh_corners(p).is_ok())
         }
         Geometry::Plane { .. } => false,
         _ => true,
@@ -170,10 +169,7 @@ pub(super) fn rover(folder: &Path, file: &Path) -> Result<Vec<PathBuf>, Refusal>
         };
         wrong(format!("`{shown}` is not taken:\n{}", told.trim_end()), help)
     })?;
-    let corners = |path: &Path| {
-        let bytes = linkwork_formats::whole_file(path).ok()?;
-        linkwork_assembly::stl_corners(&bytes).ok()
-    };
+    let corners = |path: &Path| linkwork_assembly::mesh_corners(path).ok();
     let found = find::vehicle(&description, &corners)
         .map_err(|(fact, help)| wrong(format!("`{shown}`: {fact}"), help))?;
     let parent = match folder.parent() {

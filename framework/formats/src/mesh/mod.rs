@@ -1,36 +1,54 @@
-//! Where a mesh file is: `package://` and `model://` names, and paths relative to the file; and the corners of what is in it.
+//! Mesh files: where they are, and the triangles in them (STL, OBJ, COLLADA, glTF, MSH of MuJoCo).
 
-use crate::{ReadOptions, stl, whole_file};
+mod dae;
+mod gltf;
+pub(crate) mod hull;
+mod msh;
+mod obj;
+pub(crate) mod solid;
+mod stl;
+
+use crate::{ReadOptions, whole_file};
 use linkwork_spatial::Vec3;
 use std::path::{Component, Path, PathBuf};
 
-/// Corners of the surface in a mesh file, as written: of an STL file, three for each triangle; of a Wavefront OBJ file, its vertices.
+/// Endings of the mesh files that are read.
+pub const MESH_FILES: [&str; 6] = ["stl", "obj", "dae", "gltf", "glb", "msh"];
+
+/// Corners of the triangles of a mesh file, three for each, in the file's unit of length (COLLADA: m). The ending of its
+/// name says what it is. An OBJ file without faces gives its vertices.
 ///
 /// # Errors
 /// Why it cannot be read, in words.
 pub fn mesh_corners(path: &Path) -> Result<Vec<Vec3>, String> {
-    let kind = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let bytes = whole_file(path)?;
-    match kind.as_str() {
-        "stl" => stl::read(&bytes),
-        "obj" => {
-            let text = std::str::from_utf8(&bytes).map_err(|_| "it is no text".to_string())?;
-            let vertices = text.lines().enumerate().filter_map(|(k, line)| {
-                let numbers: Vec<f64> = line
-                    .strip_prefix("v ")?
-                    .split_whitespace()
-                    .map_while(|w| w.parse().ok())
-                    .collect();
-                Some(match numbers[..] {
-                    [x, y, z, ..] => Ok(Vec3::new(x, y, z)),
-                    _ => Err(format!("line {}: a vertex has three numbers", k + 1)),
-                })
-            });
-            let corners: Vec<Vec3> = vertices.collect::<Result<_, _>>()?;
-            if corners.is_empty() { Err("it has no vertices".into()) } else { Ok(corners) }
-        }
-        _ => Err("it is neither an STL nor an OBJ file".into()),
+    let kind = ending(path);
+    if !MESH_FILES.contains(&kind.as_str()) {
+        return Err(format!("`.{kind}` files are not read; meshes are {}", MESH_FILES.join(", ")));
     }
+    mesh_corners_of(&whole_file(path)?, path)
+}
+
+/// The corners of a mesh whose bytes are there already; `path` says by its ending what it is.
+///
+/// # Errors
+/// Why it cannot be read, in words.
+pub fn mesh_corners_of(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
+    let corners = match ending(path).as_str() {
+        "obj" => obj::read(bytes),
+        "dae" => dae::read(bytes),
+        "gltf" | "glb" => gltf::read(bytes, path),
+        "msh" => msh::read(bytes),
+        _ => stl::read(bytes),
+    }?;
+    match corners.iter().flatten().all(|x| x.is_finite()) {
+        true => Ok(corners),
+        false => Err("a corner is not a finite number".into()),
+    }
+}
+
+/// The ending of a file's name in lower case.
+fn ending(path: &Path) -> String {
+    path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase()
 }
 
 /// The file that a mesh name means, if it exists.

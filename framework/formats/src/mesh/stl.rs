@@ -5,7 +5,7 @@ use linkwork_spatial::Vec3;
 ///
 /// # Errors
 /// What is wrong with the file.
-pub fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
+pub(super) fn read(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     let count = bytes.get(80..84).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
     // A binary file says its own length; `solid` at the start is not to be trusted.
     let corners = match count {
@@ -26,7 +26,7 @@ fn binary(triangles: &[u8]) -> Vec<Vec3> {
 }
 
 fn text(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
-    let wrong = || "it is neither a binary STL nor one in text".to_string();
+    let wrong = || "it is neither a binary STL nor a text STL".to_string();
     let text = std::str::from_utf8(bytes).map_err(|_| wrong())?;
     if !text.trim_start().starts_with("solid") {
         return Err(wrong());
@@ -45,7 +45,7 @@ fn text(bytes: &[u8]) -> Result<Vec<Vec3>, String> {
     }
     match out.len() % 3 {
         0 => Ok(out),
-        _ => Err(format!("{} vertices are no whole number of triangles", out.len())),
+        _ => Err(format!("{} vertices are not a multiple of 3", out.len())),
     }
 }
 
@@ -78,7 +78,7 @@ mod tests {
             ("", "neither"),
             ("solid", "no triangles"),
             ("solid\nvertex 1 2", "line 2: a vertex has three numbers"),
-            ("solid\nvertex 1 2 3", "1 vertices are no whole number"),
+            ("solid\nvertex 1 2 3", "1 vertices are not a multiple"),
         ] {
             assert!(read(text.as_bytes()).is_err_and(|e| e.contains(why)), "{text}");
         }

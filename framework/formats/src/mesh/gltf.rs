@@ -1,0 +1,233 @@
+//! Triangles of a glTF 2.0 file, as text (`.gltf`) or binary (`.glb`): all triangle meshes of its scene.
+//!
+//! The format says that +y is up; robots have +z up, so (x, y, z) of the file is (x, −z, y) here, as in Drake.
+
+use linkwork_spatial::nalgebra::{Matrix4, Quaternion, Unit};
+use linkwork_spatial::{Quat, Vec3};
+use serde_json::Value;
+use std::path::Path;
+
+/// Corners that a file may have, so that nodes that share meshes cannot fill the memory.
+const CORNERS: usize = 30_000_000;
+
+/// Corners of the triangles, three for each.
+pub(super) fn read(bytes: &[u8], path: &Path) -> Result<Vec<Vec3>, String> {
+    let (json, chunk) = match bytes.starts_with(b"glTF") {
+        true => parts(bytes)?,
+        false => (bytes, None),
+    };
+    let json: Value = serde_json::from_slice(json).map_err(|e| format!("its JSON: {e}"))?;
+    let version = json["asset"]["version"].as_str().unwrap_or("none");
+    if !version.starts_with("2.") {
+        return Err(format!("its glTF version is {version}, not 2"));
+    }
+    if let Some(extension) = list(&json["extensionsRequired"]).first() {
+        return Err(format!("it needs the extension {extension}"));
+    }
+    let buffers = list(&json["buffers"]).iter().map(|b| buffer(b, chunk, path));
+    let buffers: Vec<Vec<u8>> = buffers.collect::<Result<_, String>>()?;
+    let mut file = File { json: &json, buffers, out: Vec::new() };
+    let scene = json["scene"].as_u64().unwrap_or(0) as usize;
+    let scene = list(&json["scenes"]).get(scene).ok_or("it has no scene")?;
+    for node in list(&scene["nodes"]) {
+        file.node(node, Matrix4::identity(), 0)?;
+    }
+    if file.out.is_empty() {
+        return Err("it has no triangles".into());
+    }
+    Ok(file.out.iter().map(|p| Vec3::new(p.x, -p.z, p.y)).collect())
+}
+
+fn list(v: &Value) -> &[Value] {
+    v.as_array().map_or(&[], Vec::as_slice)
+}
+
+/// The JSON and the binary chunk of a `.glb`.
+fn parts(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
+    let cut = "the file is cut short";
+    let number = |at: usize| -> Option<usize> {
+        let four: [u8; 4] = bytes.get(at..at + 4)?.try_into().ok()?;
+        Some(u32::from_le_bytes(four) as usize)
+    };
+    if number(4) != Some(2) {
+        return Err("its glTF version is not 2".into());
+    }
+    let (mut at, mut json, mut binary) = (12, None, None);
+    while at + 8 <= bytes.len() {
+        let length = number(at).ok_or(cut)?;
+        let content = bytes.get(at + 8..at + 8 + length).ok_or(cut)?;
+        match &bytes[at + 4..at + 8] {
+            b"JSON" => json = json.or(Some(content)),
+            b"BIN\0" => binary = binary.or(Some(content)),
+            _ => {}
+        }
+        at += 8 + length.next_multiple_of(4);
+    }
+    Ok((json.ok_or(cut)?, binary))
+}
+
+/// The bytes of a buffer: in the file, in its own text, or in a file next to it.
+fn buffer(b: &Value, chunk: Option<&[u8]>, path: &Path) -> Result<Vec<u8>, String> {
+    match b["uri"].as_str() {
+        None => chunk.map(<[u8]>::to_vec).ok_or("a buffer has no data".into()),
+        Some(uri) if uri.starts_with("data:") => {
+            let data = uri.split_once(";base64,").ok_or("a data URI is not base64")?.1;
+            base64(data).ok_or("a data URI is not base64".into())
+        }
+        Some(uri) => {
+            let name = Path::new(uri);
+            let plain = name.components().all(|c| matches!(c, std::path::Component::Normal(_)));
+            if !plain {
+                return Err(format!("its buffer `{uri}` is not in the folder of the file"));
+            }
+            let beside = path.parent().unwrap_or(Path::new("")).join(name);
+            crate::whole_file(&beside).map_err(|e| format!("`{uri}`: {e}"))
+        }
+    }
+}
+
+fn base64(text: &str) -> Option<Vec<u8>> {
+    let (mut out, mut bits, mut count) = (Vec::with_capacity(text.len() / 4 * 3), 0_u32, 0);
+    for c in text.bytes().filter(|c| !c.is_ascii_whitespace() && *c != b'=') {
+        let six = match c {
+            b'A'..=b'Z' => c - b'A',
+            b'a'..=b'z' => c - b'a' + 26,
+            b'0'..=b'9' => c - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            _ => return None,
+        };
+        bits = bits << 6 | u32::from(six);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            out.push((bits >> count) as u8);
+            bits &= (1 << count) - 1;
+        }
+    }
+    Some(out)
+}
+
+struct File<'j> {
+    json: &'j Value,
+    buffers: Vec<Vec<u8>>,
+    out: Vec<Vec3>,
+}
+
+impl<'j> File<'j> {
+    fn at(&self, kind: &str, index: &Value) -> Result<&'j Value, String> {
+        let all = list(&self.json[kind]);
+        let found = index.as_u64().and_then(|i| all.get(i as usize));
+        found.ok_or_else(|| format!("there is no entry {index} of `{kind}`"))
+    }
+
+    fn node(&mut self, index: &Value, outer: Matrix4<f64>, depth: usize) -> Result<(), String> {
+        if depth > 100 {
+            return Err("nodes name each other in a ring, or are more than 100 deep".into());
+        }
+        let node = self.at("nodes", index)?;
+        let X = outer * transform(node)?;
+        if !node["mesh"].is_null() {
+            for primitive in list(&self.at("meshes", &node["mesh"])?["primitives"]) {
+                self.primitive(primitive, &X)?;
+            }
+        }
+        list(&node["children"]).iter().try_for_each(|child| self.node(child, X, depth + 1))
+    }
+
+    fn primitive(&mut self, p: &Value, X: &Matrix4<f64>) -> Result<(), String> {
+        let mode = p["mode"].as_u64().unwrap_or(4);
+        if !(4..=6).contains(&mode) {
+            return Ok(()); // points and lines
+        }
+        let points = self.points(&p["attributes"]["POSITION"])?;
+        let indices: Vec<usize> = match p["indices"].is_null() {
+            true => (0..points.len()).collect(),
+            false => self.indices(&p["indices"])?,
+        };
+        let corner = |k: usize| -> Result<Vec3, String> {
+            let p = points.get(k).ok_or("a triangle names a vertex that is not there")?;
+            Ok((X * p.push(1.0)).xyz())
+        };
+        let corners = indices.into_iter().map(corner).collect::<Result<Vec<Vec3>, String>>()?;
+        if self.out.len() + 3 * corners.len() > CORNERS {
+            return Err(format!("it has more than {CORNERS} corners"));
+        }
+        match mode {
+            4 => self.out.extend(corners.chunks_exact(3).flatten()),
+            5 => {
+                for (k, w) in corners.windows(3).enumerate() {
+                    let [a, b] = if k % 2 == 0 { [w[0], w[1]] } else { [w[1], w[0]] };
+                    self.out.extend([a, b, w[2]]);
+                }
+            }
+            _ => {
+                for w in corners.get(1..).unwrap_or_default().windows(2) {
+                    self.out.extend([corners[0], w[0], w[1]]);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The bytes of each entry of an accessor.
+    fn entries(&self, accessor: &Value, size: usize) -> Result<Vec<&[u8]>, String> {
+        if !accessor["sparse"].is_null() {
+            return Err("sparse accessors are not read".into());
+        }
+        let view = self.at("bufferViews", &accessor["bufferView"])?;
+        let whole = |v: &Value| v.as_u64().unwrap_or(0) as usize;
+        let buffer = self.buffers.get(whole(&view["buffer"])).ok_or("there is no such buffer")?;
+        let stride = view["byteStride"].as_u64().map_or(size, |s| s as usize).max(1);
+        let start = whole(&view["byteOffset"]).saturating_add(whole(&accessor["byteOffset"]));
+        let entry = |k: usize| {
+            let at = k.checked_mul(stride)?.checked_add(start)?;
+            buffer.get(at..at.checked_add(size)?)
+        };
+        let all: Option<Vec<&[u8]>> = (0..whole(&accessor["count"])).map(entry).collect();
+        all.ok_or("an accessor reaches past its buffer".into())
+    }
+
+    fn points(&self, index: &Value) -> Result<Vec<Vec3>, String> {
+        let accessor = self.at("accessors", index)?;
+        if accessor["componentType"] != 5126 || accessor["type"] != "VEC3" {
+            return Err("positions that are not three 32 bit floats are not read".into());
+        }
+        let number = |b: &[u8]| b.try_into().map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(b)));
+        let point = |b: &[u8]| Vec3::new(number(&b[..4]), number(&b[4..8]), number(&b[8..12]));
+        Ok(self.entries(accessor, 12)?.into_iter().map(point).collect())
+    }
+
+    fn indices(&self, index: &Value) -> Result<Vec<usize>, String> {
+        let accessor = self.at("accessors", index)?;
+        let size = match accessor["componentType"].as_u64() {
+            Some(5121) => 1,
+            Some(5123) => 2,
+            Some(5125) => 4,
+            other => return Err(format!("indices of the type {other:?} are not read")),
+        };
+        let number = |b: &[u8]| b.iter().rev().fold(0_usize, |n, b| n << 8 | usize::from(*b));
+        Ok(self.entries(accessor, size)?.into_iter().map(number).collect())
+    }
+}
+
+fn transform(node: &Value) -> Result<Matrix4<f64>, String> {
+    let numbers = |name: &str, usual: &[f64]| -> Result<Vec<f64>, String> {
+        if node[name].is_null() {
+            return Ok(usual.to_vec());
+        }
+        let all: Vec<f64> = list(&node[name]).iter().filter_map(Value::as_f64).collect();
+        if all.len() == usual.len() { Ok(all) } else { Err(format!("`{name}` of a node is wrong")) }
+    };
+    if !node["matrix"].is_null() {
+        return Ok(Matrix4::from_column_slice(&numbers("matrix", &[0.0; 16])?));
+    }
+    let (t, s) = (numbers("translation", &[0.0; 3])?, numbers("scale", &[1.0; 3])?);
+    let r = numbers("rotation", &[0.0, 0.0, 0.0, 1.0])?;
+    let raw = Quaternion::new(r[3], r[0], r[1], r[2]);
+    let turn: Quat = Unit::try_new(raw, 1e-12).ok_or("a rotation of a node is zero")?;
+    let move_ = Matrix4::new_translation(&Vec3::new(t[0], t[1], t[2]));
+    Ok(move_
+        * turn.to_homogeneous()
+        * Matrix4::new_nonuniform_scaling(&Vec3::new(s[0], s[1], s[2])))
+}

@@ -1,0 +1,99 @@
+//! Default classes of an MJCF file.
+//!
+//! When a class is read, it starts as a copy of the class around it; its own attributes then replace the copied
+//! ones. Later sections therefore change neither classes that were read before, nor their
+//! children. An element that writes an orientation in one form replaces the orientation of its class in every form.
+
+use crate::error::FaultKind;
+use crate::read::Cx;
+use crate::xml::Element;
+use std::collections::BTreeMap;
+
+/// The forms in which an orientation can be written.
+pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
+
+/// The class of elements that name none.
+pub(super) const MAIN: &str = "main";
+
+/// The elements of a class that are read.
+const READ: [&str; 5] = ["joint", "geom", "site", "mesh", "equality"];
+
+/// Attributes by element name and attribute name, each with the element that holds it.
+type Values<'e> = BTreeMap<(&'e str, &'e str), &'e Element>;
+
+/// All default classes by name.
+pub(super) struct Classes<'e> {
+    all: BTreeMap<&'e str, Values<'e>>,
+    /// Where each nested class is defined.
+    places: BTreeMap<&'e str, &'e Element>,
+    /// Other names of the outermost class.
+    aliases: Vec<&'e str>,
+}
+
+impl<'e> Classes<'e> {
+    /// Reads all `<default>` sections in the order of the file.
+    pub fn read(cx: &mut Cx<'_>, root: &'e Element) -> Self {
+        let main = BTreeMap::from([(MAIN, Values::new())]);
+        let mut out = Self { all: main, places: BTreeMap::new(), aliases: Vec::new() };
+        for top in root.all("default") {
+            out.aliases.extend(top.attr("class"));
+            out.section(cx, top, MAIN);
+        }
+        out
+    }
+
+    /// Adds the attributes of a section to its class, then reads the classes inside.
+    fn section(&mut self, cx: &mut Cx<'_>, e: &'e Element, name: &'e str) {
+        let values = self.all.entry(name).or_default();
+        for kind in e.children.iter().filter(|c| c.name != "default") {
+            // Elements of which no attribute is read are listed as a whole.
+            if READ.contains(&kind.name.as_str()) {
+                kind.touch();
+            }
+            if kind.attributes.iter().any(|a| ORIENTATIONS.contains(&a.name.as_str())) {
+                let turned = |k: &(&str, &str)| k.0 == kind.name && ORIENTATIONS.contains(&k.1);
+                values.retain(|k, _| !turned(k));
+            }
+            for a in &kind.attributes {
+                let before = values.insert((&kind.name, &a.name), kind);
+                // An attribute that a later section of the class replaces counts as read.
+                if name == MAIN
+                    && READ.contains(&kind.name.as_str())
+                    && let Some(before) = before
+                {
+                    before.attr(&a.name);
+                }
+            }
+        }
+        for inner in e.all("default") {
+            let Some(own) = cx.required(inner, "class", "a nested <default>") else { continue };
+            if let Some(first) = self.places.get(own) {
+                let (first, name) = (first.place(), own.to_owned());
+                cx.fault(inner.place(), FaultKind::Duplicate { kind: "class", name, first });
+                continue;
+            }
+            self.places.insert(own, inner);
+            let copy = self.all[name].clone();
+            self.all.insert(own, copy);
+            self.section(cx, inner, own);
+        }
+    }
+
+    /// The name under which a class is kept.
+    pub fn find(&self, name: &str) -> Option<&'e str> {
+        let known = self.all.get_key_value(name).map(|(k, _)| *k);
+        known.or_else(|| self.aliases.contains(&name).then_some(MAIN))
+    }
+
+    /// All names.
+    pub fn names(&self) -> impl Iterator<Item = &'e str> {
+        self.all.keys().copied()
+    }
+
+    /// The element of a class that holds an attribute of elements of this name.
+    pub fn holder(&self, class: &str, element: &str, attribute: &str) -> Option<&'e Element> {
+        // Shorter lifetimes of the key are enough to look it up.
+        let values: &BTreeMap<(&str, &str), &'e Element> = self.all.get(class)?;
+        values.get(&(element, attribute)).copied()
+    }
+}

@@ -1,0 +1,156 @@
+//! Which elements and attributes the specifications of the formats have, and what becomes of each.
+//!
+//! The tables are text files next to this one, in the form that `mjcf.txt` describes. The readers mark each element and
+//! attribute that they read. The rest is listed, and names that are not in the table are reported as not part of the
+//! format. Tests hold every line of the tables against the readers.
+
+#[cfg(test)]
+mod tests;
+
+use crate::Format;
+use crate::xml::Element;
+use linkwork_multibody::names::suggest;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+/// What becomes of an element or attribute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Status {
+    /// Read, with the meaning that the format gives it.
+    Equal,
+    /// Rejected with a message.
+    Rejected,
+    /// Ignored with a warning.
+    Ignored,
+}
+
+/// A line of a table.
+#[derive(Clone, Debug)]
+pub(crate) struct Row {
+    /// Of the element itself.
+    pub status: Status,
+    /// Whether everything inside has the status of the element.
+    pub whole: bool,
+    /// Status of each attribute, and a value to try.
+    pub attributes: BTreeMap<String, (Status, Option<String>)>,
+}
+
+/// A table: rows by `parent/element`.
+pub(crate) struct Table {
+    pub rows: BTreeMap<String, Row>,
+    /// Elements that hold what another holds.
+    alias: fn(&str) -> &str,
+}
+
+static MJCF: LazyLock<Table> = LazyLock::new(|| {
+    Table::read(include_str!("mjcf.txt"), |name| match name {
+        "worldbody" | "frame" | "replicate" | "mujocoinclude" => {
+            if name == "mujocoinclude" {
+                "mujoco"
+            } else {
+                "body"
+            }
+        }
+        other => other,
+    })
+});
+static URDF: LazyLock<Table> = LazyLock::new(|| Table::read(include_str!("urdf.txt"), |n| n));
+static SDF: LazyLock<Table> = LazyLock::new(|| Table::read(include_str!("sdf.txt"), |n| n));
+
+/// The table of a format.
+pub(crate) fn of(format: Format) -> &'static Table {
+    match format {
+        Format::Urdf => &URDF,
+        Format::Mjcf => &MJCF,
+        Format::Sdf => &SDF,
+    }
+}
+
+impl Table {
+    fn read(text: &str, alias: fn(&str) -> &str) -> Self {
+        let lines = text.lines().filter(|l| !l.starts_with('#') && !l.trim().is_empty());
+        let rows = lines.map(row).collect();
+        Self { rows, alias }
+    }
+
+    /// The row of an element inside another.
+    pub fn row(&self, parent: Option<&str>, element: &str) -> Option<&Row> {
+        match parent {
+            Some(parent) => self.rows.get(&format!("{}/{element}", (self.alias)(parent))),
+            None => self.rows.get((self.alias)(element)),
+        }
+    }
+
+    /// Why an element that was not read is not part of the format, with the nearest that is; `None` when it is.
+    pub fn strange_element(&self, parent: &Element, element: &str) -> Option<String> {
+        // Names with a prefix are extensions of other programs, which formats permit.
+        if element.contains(':') || self.row(Some(&parent.name), element).is_some() {
+            return None;
+        }
+        let inside = format!("{}/", (self.alias)(&parent.name));
+        let known = self.rows.keys().filter_map(|k| k.strip_prefix(inside.as_str()));
+        let near = suggest(element, "element", known.clone());
+        let near =
+            if near.starts_with("did you mean") { format!("; {near}") } else { String::new() };
+        // A parent without a line of its own has no line for its elements.
+        (known.count() > 0).then(|| format!("is not part of the format{near}"))
+    }
+
+    /// Why an attribute that was not read is not part of the format.
+    pub fn strange_attribute(
+        &self,
+        parent: Option<&str>,
+        element: &str,
+        name: &str,
+    ) -> Option<String> {
+        let row = self.row(parent, element)?;
+        if name.contains(':')
+            || name.starts_with("xmlns")
+            || row.whole
+            || row.attributes.contains_key(name)
+        {
+            return None;
+        }
+        let near = suggest(name, "attribute", row.attributes.keys().map(String::as_str));
+        let near =
+            if near.starts_with("did you mean") { format!("; {near}") } else { String::new() };
+        Some(format!("is not part of the format{near}"))
+    }
+}
+
+/// `parent/element = a="1" b - c d`.
+fn row(line: &str) -> (String, Row) {
+    let (key, rest) = line.split_once(' ').unwrap_or((line, ""));
+    let mut row = Row { status: Status::Equal, whole: false, attributes: BTreeMap::new() };
+    let mut status = Status::Equal;
+    for word in pieces(rest) {
+        match word {
+            "=" => status = Status::Equal,
+            "!" => status = Status::Rejected,
+            "-" => status = Status::Ignored,
+            "-*" => (row.status, row.whole) = (Status::Ignored, true),
+            "!*" => (row.status, row.whole) = (Status::Rejected, true),
+            attribute => {
+                let (name, value) = match attribute.split_once('=') {
+                    Some((name, value)) => (name, Some(value.trim_matches('"').to_owned())),
+                    None => (attribute, None),
+                };
+                row.attributes.insert(name.to_owned(), (status, value));
+            }
+        }
+    }
+    (key.to_owned(), row)
+}
+
+/// Words of a line; a quoted value with spaces belongs to its word.
+fn pieces(line: &str) -> Vec<&str> {
+    let (mut out, mut start, mut quoted) = (Vec::new(), 0, false);
+    for (at, c) in line.char_indices().chain([(line.len(), ' ')]) {
+        quoted ^= c == '"';
+        if c == ' ' && !quoted {
+            out.extend(line.get(start..at).filter(|w| !w.is_empty()));
+            start = at + 1;
+        }
+    }
+    out
+}

@@ -1,0 +1,359 @@
+"""Random MJCF files, and Linkwork against MuJoCo on each of them."""
+
+import pathlib
+import tempfile
+
+import mujoco
+import numpy as np
+
+from common import Linkwork, differs, rotation
+
+LINKWORK = None
+FOLDER = pathlib.Path(tempfile.mkdtemp())
+# Differences that are documented: what Linkwork rejects with a message that says so.
+REJECTED = ["is not supported", "a free joint stands alone", "has no <worldbody>", "<inertial> has no inertia", "cannot be inverted"]
+
+
+class Maker:
+    def __init__(self, r):
+        self.r, self.bodies, self.joints, self.geoms, self.sites = r, [], [], [], []
+        self.classes = [None]
+        self.radian = r.random() < 0.3
+
+    def n(self, scale=1.0):
+        return f"{self.r.uniform(-scale, scale):.5g}"
+
+    def v(self, k, scale=1.0):
+        return " ".join(self.n(scale) for _ in range(k))
+
+    def angle(self, scale=2.0):
+        a = self.r.uniform(-scale, scale)
+        return f"{a if self.radian else np.degrees(a):.5g}"
+
+    def orientation(self):
+        r = self.r.random()
+        if r < 0.35:
+            return ""
+        if r < 0.5:
+            return f' quat="{self.v(4)}"'
+        if r < 0.65:
+            return f' euler="{self.angle()} {self.angle()} {self.angle()}"'
+        if r < 0.8:
+            return f' axisangle="{self.v(3)} {self.angle()}"'
+        if r < 0.9:
+            return f' xyaxes="{self.v(6)}"'
+        return f' zaxis="{self.v(3)}"'
+
+    def maybe(self, p, text):
+        return text if self.r.random() < p else ""
+
+    def pose(self, p=0.6):
+        return self.maybe(p, f' pos="{self.v(3)}"') + self.orientation()
+
+    def klass(self):
+        c = self.r.choice(self.classes)
+        return f' class="{c}"' if c else ""
+
+    def joint_attributes(self, kind):
+        turns = kind in ("hinge", "ball", None)
+        low, high = sorted(self.r.uniform(-2, 2) for _ in range(2))
+        if kind == "ball":
+            low, high = 0, abs(high) + 0.1
+        unit = (1 if self.radian else 180 / np.pi) if turns else 1
+        out = self.maybe(0.4, f' range="{low * unit:.5g} {high * unit:.5g}"')
+        out = out or self.maybe(0.1, ' range="0 0"')
+        out += self.maybe(0.3, f' damping="{abs(self.r.gauss(0, 1)):.4g}"')
+        out += self.maybe(0.3, f' armature="{abs(self.r.gauss(0, 0.3)):.4g}"')
+        out += self.maybe(0.2, f' stiffness="{abs(self.r.gauss(0, 3)):.4g}"')
+        out += self.maybe(0.1, f' springdamper="{self.r.uniform(0, 1):.4g} {self.r.uniform(0, 2):.4g}"')
+        out += self.maybe(0.2, f' frictionloss="{abs(self.r.gauss(0, 0.1)):.4g}"') if kind != "free" else ""
+        out += self.maybe(0.2, f' springref="{self.angle(1)}"')
+        out += self.maybe(0.2, f' actuatorfrcrange="-{self.r.uniform(0, 4):.4g} {self.r.uniform(0, 4):.4g}"')
+        return out
+
+    def geom_attributes(self):
+        out = self.maybe(0.2, f' density="{self.r.uniform(10, 2000):.5g}"')
+        out += self.maybe(0.2, f' mass="{self.r.uniform(0, 3):.4g}"')
+        out += self.maybe(0.3, f' contype="{self.r.randrange(0, 8)}"')
+        out += self.maybe(0.3, f' conaffinity="{self.r.randrange(0, 8)}"')
+        out += self.maybe(0.2, f' group="{self.r.randrange(0, 5)}"')
+        out += self.maybe(0.2, f' friction="{self.r.uniform(0, 2):.3g}"')
+        out += self.maybe(0.1, f' rgba="{self.r.random():.3g} 0 0 1"')
+        out += self.maybe(0.1, ' shellinertia="true"')
+        return out
+
+    def geom(self):
+        name = f"g{len(self.geoms)}"
+        kind = self.r.choice(["sphere", "capsule", "cylinder", "box", "ellipsoid", "mesh"])
+        out = f'<geom name="{name}" type="{kind}"' + self.klass() + self.geom_attributes()
+        if kind == "mesh":
+            self.geoms.append(name)
+            return out.replace(' shellinertia="true"', "") + f' mesh="{self.r.choice(["tetra", "wedge", "cloud"])}"' + self.pose() + "/>"
+        if kind != "sphere" and self.r.random() < 0.25:
+            out += f' size="{self.r.uniform(0.05, 0.4):.4g}" fromto="{self.v(6)}"'
+        else:
+            out += f' size="{" ".join(f"{self.r.uniform(0.05, 0.5):.4g}" for _ in range(3))}"' + self.pose()
+        self.geoms.append(name)
+        return out + "/>"
+
+    def joint(self, kind=None):
+        name = f"j{len(self.joints)}"
+        kind = kind or self.r.choice(["hinge", "hinge", "hinge", "slide", "ball", None])
+        out = f'<joint name="{name}"' + (f' type="{kind}"' if kind else "") + self.klass()
+        if kind != "free":
+            out += self.maybe(0.7, f' axis="{self.v(3)}"') + self.maybe(0.5, f' pos="{self.v(3)}"')
+            out += self.maybe(0.2, f' ref="{self.angle(1)}"')
+        out += self.joint_attributes(kind)
+        self.joints.append((name, kind))
+        return out + "/>"
+
+    def body(self, depth):
+        name = f"b{len(self.bodies)}"
+        self.bodies.append(name)
+        out = f'<body name="{name}"' + self.pose()
+        c = self.klass()
+        out += c.replace("class", "childclass") + ">" if self.r.random() < 0.3 else ">"
+        free = depth == 0 and self.r.random() < 0.25
+        if free:
+            out += self.r.choice([f'<freejoint name="j{len(self.joints)}"/>', self.joint("free")])
+            if "freejoint" in out:
+                self.joints = [j for j in self.joints if j[0] != f"j{len(self.joints) - 1}" or j[1] != "free"]
+                name = f"j{len(self.joints)}"
+                out = out[: out.index("<freejoint")] + f'<freejoint name="{name}"/>'
+                self.joints.append((name, "free"))
+        else:
+            for _ in range(self.r.choice([0, 1, 1, 1, 2, 3])):
+                out += self.joint()
+        if self.r.random() < 0.3:
+            i = sorted(self.r.uniform(0.1, 1) for _ in range(3))
+            i[2] = min(i[2], i[0] + i[1])
+            text = f'mass="{self.r.uniform(0.1, 4):.4g}" pos="{self.v(3)}"'
+            if self.r.random() < 0.5:
+                out += f'<inertial {text} diaginertia="{i[0]:.4g} {i[1]:.4g} {i[2]:.4g}"{self.orientation()}/>'
+            else:
+                out += f'<inertial {text} fullinertia="{i[0] + 1:.4g} {i[1] + 1:.4g} {i[2] + 1:.4g} {self.v(3, 0.1)}"/>'
+        for _ in range(self.r.randrange(1, 3)):
+            g = self.geom()
+            out += self.maybe(0.2, f"<frame{self.pose()}>") or ""
+            out += g + ("</frame>" if out.endswith(">") and out.rstrip().split("<")[-1].startswith("frame") else "")
+        if self.r.random() < 0.2:
+            out += f'<site name="s{len(self.sites)}"{self.pose()}/>'
+            self.sites.append(f"s{len(self.sites)}")
+        if depth < 3:
+            for _ in range(self.r.choice([0, 1, 1, 2])):
+                if len(self.bodies) < 9:
+                    inner = self.body(depth + 1)
+                    out += f"<frame{self.pose()}>{inner}</frame>" if self.r.random() < 0.2 else inner
+        return out + "</body>"
+
+    def default(self, depth=0, name=None):
+        out = f'<default class="{name}">' if name else "<default>"
+        joint = self.joint_attributes(None)
+        if self.r.random() < 0.7:
+            out += f"<joint{joint}{self.maybe(0.2, f' axis={chr(34)}{self.v(3)}{chr(34)}')}/>"
+        if self.r.random() < 0.7:
+            out += f"<geom{self.geom_attributes()}{self.orientation()}/>"
+        if depth < 2:
+            for _ in range(self.r.randrange(0, 3)):
+                inner = f"c{len(self.classes)}"
+                self.classes.append(inner)
+                out += self.default(depth + 1, inner)
+        return out + "</default>"
+
+    def file(self):
+        r = self.r
+        out = "<mujoco><compiler" + (' angle="radian"' if self.radian else "")
+        out += self.maybe(0.3, f' eulerseq="{"".join(r.choice("xyzXYZ") for _ in range(3))}"')
+        out += self.maybe(0.1, ' inertiafromgeom="true"') + self.maybe(0.1, ' boundmass="0.5"')
+        out += self.maybe(0.1, ' boundinertia="0.05"') + self.maybe(0.1, ' settotalmass="12"')
+        out += self.maybe(0.1, ' balanceinertia="true"') + self.maybe(0.1, ' inertiagrouprange="0 2"') + "/>"
+        for _ in range(r.randrange(0, 3)):
+            out += self.default()
+        filling = r.choice(["", ' inertia="exact"', ' inertia="shell"', ' inertia="convex"'])
+        out += f'<asset><mesh name="tetra"{filling} vertex="0 0 0 1 0 0 0 1 0 0 0 1" face="0 2 1 0 1 3 0 3 2 1 2 3"/>'
+        out += f'<mesh name="wedge"{filling} scale="{r.uniform(0.2, 2):.3g} 1 1" refpos="{self.v(3)}" vertex="0 0 0 1 0 0 0 1 0 0 0 2 1 0 2 0 1 2" face="0 2 1 3 4 5 0 1 4 0 4 3 1 2 5 1 5 4 2 0 3 2 3 5"/>'
+        out += f'<mesh name="cloud" vertex="{self.v(3 * r.randrange(8, 30))}"/></asset>'
+        world = "".join(self.body(0) for _ in range(r.randrange(1, 3)))
+        if r.random() < 0.2:
+            name = f"j{len(self.joints)}"
+            count = r.randrange(2, 12)
+            world += f'<replicate count="{count}" offset="{self.v(3)}" euler="{self.angle()} 0 {self.angle()}" sep="-"><body name="rep" pos="{self.v(3)}"><joint name="{name}" axis="{self.v(3)}"/><geom size="0.1"/></body></replicate>'
+            width = len(str(count))
+            self.joints += [(f"{name}-{k:0{width}d}", "hinge") for k in range(count)]
+        out += f"<worldbody>{world}</worldbody>"
+        if len(self.bodies) > 2 and r.random() < 0.4:
+            a, b = r.sample(self.bodies, 2)
+            out += f'<contact><exclude body1="{a}" body2="{b}"/></contact>'
+        if len(self.geoms) > 2 and r.random() < 0.2:
+            a, b = r.sample(self.geoms, 2)
+            out += f'<contact><pair geom1="{a}" geom2="{b}"/></contact>'
+        return out + "</mujoco>"
+
+
+def make(r):
+    return Maker(r).file()
+
+
+def compare(text):
+    """None where both agree, `skip` where MuJoCo rejects the file, else what differs."""
+    try:
+        m = mujoco.MjModel.from_xml_string(text)
+    except ValueError:
+        return "skip"
+    file = FOLDER / "file.xml"
+    file.write_text(text)
+    return against(m, file, text)
+
+
+def compare_file(path):
+    """The same for a file with its meshes and includes; names of MuJoCo that are empty are not compared."""
+    try:
+        m = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError:
+        return "skip"
+    return against(m, path, pathlib.Path(path).read_text())
+
+
+def against(m, file, text):
+    """Compares a compiled model with what Linkwork reads of its file."""
+    global LINKWORK
+    LINKWORK = LINKWORK or Linkwork()
+    data = mujoco.MjData(m)
+    kinds = {0: (7, 6), 1: (4, 3), 2: (1, 1), 3: (1, 1)}
+    names = [m.joint(i).name for i in range(m.njnt)]
+    rng = np.random.default_rng(m.nv)
+    states, expected = [], []
+    m.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+    for k in range(2):
+        q = m.qpos0.copy() if k == 0 else rng.normal(size=m.nq)
+        for i in range(m.njnt):
+            if m.jnt_type[i] < 2 and k:
+                at = m.jnt_qposadr[i] + (3 if m.jnt_type[i] == 0 else 0)
+                q[at : at + 4] /= np.linalg.norm(q[at : at + 4])
+        v = rng.normal(size=m.nv)
+        data.qpos[:], data.qvel[:] = q, v
+        mujoco.mj_forward(m, data)
+        M = np.zeros((m.nv, m.nv))
+        mujoco.mj_fullM(m, data, M)
+        nq = lambda i: kinds[int(m.jnt_type[i])][0]
+        nv = lambda i: kinds[int(m.jnt_type[i])][1]
+        states.append(
+            {
+                "order": names,
+                "q": {n: list(q[m.jnt_qposadr[i] :][: nq(i)]) for i, n in enumerate(names)},
+                "v": {n: list(v[m.jnt_dofadr[i] :][: nv(i)]) for i, n in enumerate(names)},
+                "gravity": list(m.opt.gravity),
+            }
+        )
+        expected.append((M, data.qfrc_bias.copy(), data.xpos.copy(), data.xmat.copy().reshape(-1, 3, 3)))
+    answer = LINKWORK.ask(file, states)
+    if "error" in answer:
+        known = any(k in answer["error"] for k in REJECTED)
+        return "skip" if known else f"rejected: {answer['error']}"
+    # MuJoCo takes the shell of an ellipsoid as a difference of two solids, which has five digits.
+    five = "shellinertia" in text and "ellipsoid" in text
+    # It keeps vertices as numbers of 32 bits.
+    tolerance = 1e-4 if five else 1e-6 if "cloud" in text else 1e-8
+    return bodies(m, answer, tolerance) or joints(m, answer, tolerance) or contacts(m, answer) or dynamics(m, answer, expected, tolerance)
+
+
+def bodies(m, answer, tolerance):
+    found = {b["name"]: b for b in answer["bodies"]}
+    for i in range(1, m.nbody):
+        name = m.body(i).name
+        if not name:
+            continue
+        if name not in found:
+            return f"body missing: {name}"
+        b = found[name]
+        if differs(b["mass"], m.body_mass[i], tolerance):
+            return f"mass: {name} {b['mass']} {m.body_mass[i]}"
+        # MuJoCo puts the mass that `boundmass` gives to a body without geoms at the body's `pos`, twice as far from its parent.
+        nowhere = not np.any(b["com"]) and not differs(m.body_ipos[i], m.body_pos[i])
+        if m.body_mass[i] > 0 and not nowhere and differs(b["com"], m.body_ipos[i], tolerance):
+            return f"com: {name} {b['com']} {m.body_ipos[i]}"
+        R = rotation(*m.body_iquat[i])
+        J = R @ np.diag(m.body_inertia[i]) @ R.T
+        own = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
+        # Moments without a mass are left out with a warning.
+        if m.body_mass[i] > 0 and differs(b["inertia"], own, tolerance):
+            return f"inertia: {name} {b['inertia']} {own}"
+    return None
+
+
+def joints(m, answer, tolerance):
+    found = {j["name"]: j for j in answer["joints"]}
+    if any(not m.joint(i).name for i in range(m.njnt)):
+        return None  # states of joints without names cannot be given
+    for i in range(m.njnt):
+        j, dof, kind = found.get(m.joint(i).name), m.jnt_dofadr[i], m.jnt_type[i]
+        if j is None:
+            return f"joint missing: {m.joint(i).name}"
+        limited = bool(m.jnt_limited[i])
+        if kind >= 2:
+            lower, upper = (m.jnt_range[i] if limited else (-np.inf, np.inf))
+            if differs([float(j["lower"]), float(j["upper"])], [lower, upper]):
+                return f"limits: {m.joint(i).name} {j['lower']} {j['upper']} {lower} {upper}"
+            if m.jnt_actfrclimited[i]:
+                if differs(float(j["effort"]), np.abs(m.jnt_actfrcrange[i]).max()):
+                    return f"effort: {m.joint(i).name}"
+        if kind == 1 and differs(float(j["ball"]), m.jnt_range[i][1] if limited else np.inf):
+            return f"ball limit: {m.joint(i).name}"
+        # `springdamper` of a free joint is ignored with a warning.
+        automatic = kind == 0 and any("springdamper of a free joint" in line for line in answer["ignored"])
+        for name, value in (("damping", m.dof_damping[dof]), ("armature", m.dof_armature[dof])):
+            if automatic and name == "damping":
+                continue
+            if differs(j[name], np.ravel(value)[0], tolerance):
+                return f"{name}: {m.joint(i).name} {j[name]} {value}"
+        # Joints in line move no inertia: the stiffness of their `springdamper` is rounding in both programs.
+        rounding = np.ravel(m.jnt_stiffness[i])[0] < 1e-6 and j["stiffness"] < 1e-6
+        if kind != 0 and not rounding and differs(j["stiffness"], np.ravel(m.jnt_stiffness[i])[0], tolerance):
+            return f"stiffness: {m.joint(i).name} {j['stiffness']} {m.jnt_stiffness[i]}"
+        if kind >= 2 and np.ravel(m.jnt_stiffness[i])[0] > 0:
+            if differs(j["rest"], m.qpos_spring[m.jnt_qposadr[i]]):
+                return f"spring reference: {m.joint(i).name}"
+        if kind >= 2 and differs(j["friction"], m.dof_frictionloss[dof]):
+            return f"friction: {m.joint(i).name}"
+    return None
+
+
+def contacts(m, answer):
+    # Meshes without a file and height fields do not collide here, with a warning.
+    odd = (int(mujoco.mjtGeom.mjGEOM_MESH), int(mujoco.mjtGeom.mjGEOM_HFIELD))
+    odd = {m.geom(i).name for i in range(m.ngeom) if int(m.geom_type[i]) in odd}
+    ours = {tuple(sorted(p)) for p in answer["contacts"] if not odd & set(p)}
+    excluded = {int(s) for s in m.exclude_signature}
+    pairs = {tuple(sorted((m.geom(a).name, m.geom(b).name))) for a, b in zip(m.pair_geom1, m.pair_geom2)}
+    theirs = set()
+    for a in range(m.ngeom):
+        for b in range(a + 1, m.ngeom):
+            one, two = m.geom(a).name, m.geom(b).name
+            x, y = int(m.geom_bodyid[a]), int(m.geom_bodyid[b])
+            if not one or not two or odd & {one, two} or m.body_weldid[x] == m.body_weldid[y]:
+                continue
+            key = tuple(sorted((one, two)))
+            meet = (m.geom_contype[a] & m.geom_conaffinity[b]) or (m.geom_contype[b] & m.geom_conaffinity[a])
+            out = (min(x, y) << 16) + max(x, y) in excluded
+            if key in pairs or (meet and not out):
+                theirs.add(key)
+    return None if ours == theirs else f"contacts: only here {ours - theirs}, only MuJoCo {theirs - ours}"
+
+
+def dynamics(m, answer, expected, tolerance):
+    if any(not m.joint(i).name for i in range(m.njnt)):
+        return None
+    for state, (M, bias, xpos, xmat) in zip(answer["states"], expected):
+        if "missing" in state:
+            return f"state: {state['missing']}"
+        for i in range(1, m.nbody):
+            if not m.body(i).name:
+                continue
+            p = state["poses"][m.body(i).name]
+            if differs(p[:3], xpos[i]) or differs(rotation(*p[3:]), xmat[i]):
+                return f"pose: {m.body(i).name}"
+        if differs(state["M"], M.T, tolerance):
+            return "mass matrix: "
+        if differs(state["bias"], bias, tolerance):
+            return f"bias: {state['bias']} {bias}"
+    return None
