@@ -231,7 +231,7 @@ fn ellipsoid_support(half: &Vec3, d: &Vec3) -> Vec3 {
     if length > 0.0 { half.component_mul(&w) / length } else { Vec3::new(half.x, 0.0, 0.0) }
 }
 
-/// About the way from the nearest point of an ellipsoid's surface to q, along the normal, m; negative inside. The error is of second order in the distance.
+/// Returns the distance of a point q from an ellipsoid, m; negative inside. The error is of second order in that distance.
 pub(crate) fn over_ellipsoid(half: &Vec3, q: &Vec3) -> f64 {
     let scaled = q.component_div(half);
     let (f, slope) = (scaled.norm(), scaled.component_div(half).norm());

@@ -28,7 +28,7 @@ pub trait System {
         Ok(())
     }
 
-    /// Takes from `change`, a small change of the state `x` at time `t`, what [`System::project`] would take from it. Adaptive methods
+    /// Removes from `change`, a small change of the state `x` at time `t`, the part that [`System::project`] would remove. Adaptive methods
     /// ask for their error estimates, so that an error which the projection at the end of the step removes does not shorten the step.
     /// Default: nothing, which is right unless such errors are much larger than those that stay.
     ///

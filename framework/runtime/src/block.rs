@@ -153,7 +153,7 @@ pub trait Block: Send {
     ) -> Option<BuildError> {
         None
     }
-    /// Takes from a small change of the state what [`Block::project`] would take from it.
+    /// Removes from a small change of the state the part that [`Block::project`] would remove.
     fn project_change(&mut self, _x: &[f64], _change: &mut [f64]) -> Outcome {
         Ok(())
     }

@@ -443,8 +443,8 @@ impl ConstrainedSolver {
         if self.independence() < NEAR { self.near.take() } else { None }
     }
 
-    /// The same by the embedded constraints alone, of the last gather. As rows they are solved without a choice of dependent coordinates,
-    /// which would change from place to place there, so that differences of accelerations (for stiff methods) have fewer errors.
+    /// Takes that solver out where the rank of the embedded constraints nearly drops at the last gather. Dependent coordinates are chosen anew at
+    /// every state, which makes differences of accelerations, as stiff methods take them, inexact there; a solution by rows has no such choice.
     fn take_embedded_near(&mut self) -> Option<Box<Self>> {
         if self.uw.weakest() < NEAR { self.near.take() } else { None }
     }

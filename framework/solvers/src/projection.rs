@@ -13,9 +13,9 @@
 //! Where the rank of the rows drops, as in a parallelogram whose links are in line, two branches of motion cross: d = θ₁ θ₂ + …, with
 //! the distances θ₁, θ₂ from both. The curve d = ε ≠ 0 does not cross: it bends from one branch to the other where θ ≈ √ε. An error
 //! that is left would therefore lead an accurate integrator to the other branch, and much smaller steps before that. So loops are closed
-//! to tolerance · i² there, i being the independence of the rows (about θ), and to round-off at the end. For the same reason all
-//! constraints are rows there: closing embedded loops by their dependent coordinates alone would make a change of the motion along
-//! the branch of errors across it, which are large there.
+//! to tolerance · i² there, i being the independence of the rows (about θ), and to round-off at the end. All constraints are treated
+//! as rows there. Closing embedded loops by their dependent coordinates alone would turn errors across a branch, which are large there,
+//! into errors along it.
 
 use crate::constrained::{ConstrainedSolver, NEAR, SolverError, named};
 use linkwork_dynamics::units::Level;
@@ -180,7 +180,7 @@ impl Projector {
 }
 
 impl Projector {
-    /// Takes from a small change `dv` of the coordinates at q, or of β, what a projection would take from it.
+    /// Removes from a small change `dv` of the coordinates at q, or of β, the part that a projection would remove.
     ///
     /// # Errors
     /// [`ProjectionError::Solver`].

@@ -66,7 +66,7 @@ fn an_ellipsoid_comes_to_rest_on_its_shortest_axis() {
         until(&mut sim, 20_000);
         let [z, v] = ["egg.position.z", "egg.velocity.z"].map(|n| sim.get(n).unwrap());
         println!("{rpy:?}: {z}");
-        // Rolling friction holds it where the slope of the potential is below m g times 4 mm: (ρ − c) θ < 4 mm, which is a height of 0.1 mm for ρ = b²/c.
+        // Rolling friction holds the body where the restoring moment m g (ρ − c) θ is below 4 mm times m g; its centre is then less than 0.1 mm higher (ρ = b²/c).
         assert!((z - 0.1).abs() < 2e-4 && v.abs() < 1e-3, "{rpy:?}: {z} {v}");
     }
 }

@@ -287,7 +287,7 @@ impl System for Running<'_> {
     }
 }
 
-/// From a small change of the state what a projection would take from it.
+/// Removes from a small change of the state the part that a projection would remove.
 fn project_change(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,

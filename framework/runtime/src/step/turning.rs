@@ -92,7 +92,7 @@ impl Turning {
     }
 }
 
-/// A small change of a state within a step into body axes: δv = Rᵀ δu − δθ × v, with the state `x` in body axes and δθ of its attitude.
+/// Transforms a small change of a state within a step into body axes: δv = Rᵀ δu − δθ × v, with the state `x` in body axes and δθ of its attitude.
 pub(super) fn leave_change(turning: &[Turning], x: &[f64], change: &mut [f64]) {
     for body in turning {
         let turned = body.rotation(x, change).cross(&body.linear(x));
@@ -100,7 +100,7 @@ pub(super) fn leave_change(turning: &[Turning], x: &[f64], change: &mut [f64]) {
     }
 }
 
-/// A small change of a state `x` in body axes into those of a step.
+/// Transforms a small change of a state from body axes into the axes of a step; `x` is the state in body axes.
 pub(super) fn enter_change(turning: &[Turning], x: &[f64], change: &mut [f64]) {
     for body in turning {
         let turned = body.rotation(x, change).cross(&body.linear(x));
@@ -194,7 +194,7 @@ mod tests {
         assert!((vec3(&x, 7) - vec3(&start, 7)).norm() > 100.0);
     }
 
-    /// By differences of the states themselves.
+    /// The changes equal the differences of two states that are transformed.
     #[test]
     fn a_small_change_is_that_of_the_state() {
         let mut x: Vec<f64> = (0..24).map(|k| (f64::from(k) * 0.7).sin()).collect();
