@@ -199,8 +199,9 @@ fn a_parallelogram_passes_the_positions_in_line() {
         Parallelogram { crank: 0.7, coupler: 1.3, masses: [2.0, 1.0, 0.5] },
     ];
     let mut ways = Vec::new();
-    for fixed in ["rk4", "verner_87", "dormand_prince_54"] {
-        ways.push((format!(r#"step: "1 ms", integrator: "{fixed}""#), 1e-5));
+    // Rows of 1 ms; the adaptive methods step within them at their usual accuracy.
+    for method in ["rk4", "verner_87", "dormand_prince_54"] {
+        ways.push((format!(r#"step: "1 ms", integrator: "{method}""#), 1e-5));
     }
     for method in ["bogacki_shampine_32", "dormand_prince_54", "verner_87", "rodas4p"] {
         for (accuracy, within) in [("1e-6", 0.01), ("1e-9", 3e-5), ("1e-12", 1e-5)] {
@@ -240,6 +241,6 @@ fn a_parallelogram_passes_the_positions_in_line() {
         }
     }
     println!("coupler within {worst:.1e} rad, {ended} ended with a message");
-    assert!(ended <= 4, "{ended}");
+    assert!(ended <= 1 && worst < 1e-9, "{ended}");
     assert!(wrong.is_empty(), "{} wrong\n{}", wrong.len(), wrong.join("\n"));
 }
