@@ -235,7 +235,9 @@ impl Model for Lookup {
     type Yd = Output;
     fn build(p: LookupParams) -> Result<Self, BuildError> {
         if p.table.is_empty() || p.table.windows(2).any(|w| w[0][0] >= w[1][0]) {
-            return Err(BuildError::new("the first column of the table must rise").at("table"));
+            return Err(BuildError::new("the first column of the table must rise")
+                .help("sort the rows by their argument, each larger than the one before")
+                .at("table"));
         }
         Ok(Lookup { p })
     }

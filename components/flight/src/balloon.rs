@@ -178,9 +178,11 @@ impl Balloon {
             if p.heat.is_some() { x.temperature } else { air.temperature + u.superheat };
         // A stage of the integrator may look behind the end of the gas.
         let mass = x.mass.max(0.0);
-        let free = mass * p.gas_constant * temperature / air.pressure.max(f64::MIN_POSITIVE);
+        let work = mass * p.gas_constant * temperature;
+        // The envelope is full where there is no air.
+        let free = work / air.pressure.max(f64::MIN_POSITIVE);
         let volume = free.min(p.volume);
-        let over = if free > p.volume { air.pressure * (free / p.volume - 1.0) } else { 0.0 };
+        let over = if free > p.volume { work / p.volume - air.pressure } else { 0.0 };
         let density = if volume > 0.0 { mass / volume } else { 0.0 };
         let through = |area: f64, over: f64| {
             let speed = (2.0 * density / (over + STILL)).sqrt() * over;
@@ -325,6 +327,26 @@ mod tests {
         let rate = m.deriv(&c, &x, &(), &(), &u, &(), &out);
         let mass = dry + out.added.mass;
         [y[1], out.load.force.z / mass - G, rate.mass, rate.temperature]
+    }
+
+    /// In a vacuum the envelope is full, and its over-pressure is m R T/V.
+    #[test]
+    fn without_air_the_gas_has_its_own_pressure() {
+        struct Nothing;
+        impl Atmosphere for Nothing {
+            fn air(&self, _: f64, _: Vec3) -> Air {
+                let (density, pressure, wind) = (0.0, 0.0, Vec3::zeros());
+                Air { density, pressure, temperature: T, speed_of_sound: 230.0, wind }
+            }
+        }
+        let air = Handle::new("air", Arc::new(Nothing) as Arc<dyn Atmosphere>);
+        let m = balloon(BalloonParams { atmosphere: air, duct: 0.1, ..params() });
+        let envelope = NodeState::identity();
+        let u = BalloonIn { envelope, vent: 0.0, superheat: 0.0, gust: Vec3::zeros() };
+        let y = m.direct(&Clock::at(0.0, 0.1, 0), &m.init_x(), &(), &u, &());
+        let want = 4.0 * 2077.26 * T / 5000.0;
+        assert!((y.over_pressure / want - 1.0).abs() < 1e-12, "{} {want}", y.over_pressure);
+        assert!(y.flow > 0.0 && y.flow.is_finite() && y.volume == 5000.0);
     }
 
     fn fly(

@@ -3,7 +3,7 @@
 //! ```text
 //! candidates: normals of faces of A, of B, products of edges     (complete for points, segments, polytopes that overlap)
 //! apart:      the nearest points by Gilbert, Johnson and Keerthi on A − B
-//! overlap:    of a cylinder: expanding polytopes (parry)
+//! overlap:    of a cylinder or an ellipsoid: expanding polytopes (parry)
 //! ```
 //! A face goes before an edge, and A before B, when they differ by less than [`BIAS`]: what rests on a face stays there.
 
@@ -47,7 +47,7 @@ pub(crate) fn complete(a: &Core, b: &Core) -> bool {
 
 /// Whether a core is curved.
 pub(crate) fn round(c: &Core) -> bool {
-    matches!(c, Core::Cylinder { .. })
+    matches!(c, Core::Cylinder { .. } | Core::Ellipsoid { .. })
 }
 
 fn few(a: &Core, b: &Core) -> bool {
@@ -104,6 +104,10 @@ pub(crate) fn best(a: &Placed, b: &Placed, limit: f64, bias: f64) -> Option<Axis
                 return None;
             }
         }
+    }
+    let smooth = |c: &Placed| matches!(c.core, Core::Ellipsoid { .. });
+    if (smooth(a) || smooth(b)) && !both(direction(&(b.p - a.p))) {
+        return None;
     }
     Some(best)
 }

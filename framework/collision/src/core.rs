@@ -1,9 +1,10 @@
-//! Convex cores: a point, a segment, a cylinder, a polytope. A shape is a core and a radius around it.
+//! Convex cores: a point, a segment, a cylinder, an ellipsoid, a polytope. A shape is a core and a radius around it.
 //!
 //! ```text
 //! h(d) = max over x in the core of d · x        support
 //! sep(n) = −h_B(−n) − h_A(n)                    along a unit normal n from A to B
 //! distance = max over n of sep(n)               also when it is negative: the least depth
+//! ellipsoid with H = diag(half axes):           h(d) = |H d|, at the point H² d / |H d|
 //! ```
 
 use linkwork_multibody::spatial::{Mat3, Pose, Vec3};
@@ -123,6 +124,8 @@ pub(crate) enum Core {
     Segment { h: f64 },
     /// Radius r about the z axis, from −h to h.
     Cylinder { r: f64, h: f64 },
+    /// Half axes along x, y, z.
+    Ellipsoid { half: Vec3 },
     /// A polytope.
     Poly(Poly),
 }
@@ -140,6 +143,7 @@ impl Core {
                 let (x, y) = if s > 0.0 { (d.x / s, d.y / s) } else { (1.0, 0.0) };
                 Vec3::new(r * x, r * y, h.copysign(d.z))
             }
+            Core::Ellipsoid { half } => ellipsoid_support(half, d),
             Core::Poly(p) => {
                 let (mut best, mut far) = (0, f64::NEG_INFINITY);
                 for (i, v) in p.vertices.iter().enumerate() {
@@ -175,6 +179,10 @@ impl Core {
                 let e = h * d.z.abs();
                 (-e, e)
             }
+            Core::Ellipsoid { half } => {
+                let e = half.component_mul(d).norm();
+                (-e, e)
+            }
             Core::Point => (0.0, 0.0),
         }
     }
@@ -184,13 +192,19 @@ impl Core {
         match self {
             Core::Point | Core::Segment { .. } => 0.0,
             Core::Cylinder { r, h } => r.min(*h),
+            Core::Ellipsoid { half } => half.min(),
             Core::Poly(p) => p.thick,
         }
     }
 
     /// By how much lowest points along two directions may differ for each radian between them, when they lie on a smooth part, m.
     pub(crate) fn radius(&self) -> f64 {
-        if let Core::Cylinder { r, .. } = self { *r } else { 0.0 }
+        match self {
+            Core::Cylinder { r, .. } => *r,
+            // The greatest radius of curvature: at the end of the shortest axis, along the longest.
+            Core::Ellipsoid { half } => half.max() * half.max() / half.min(),
+            _ => 0.0,
+        }
     }
 
     /// Whether it is a triangle, which has no inside.
@@ -202,11 +216,26 @@ impl Core {
     pub(crate) fn edges(&self) -> &[Vec3] {
         const Z: [Vec3; 1] = [Vec3::new(0.0, 0.0, 1.0)];
         match self {
-            Core::Point => &[],
+            Core::Point | Core::Ellipsoid { .. } => &[],
             Core::Segment { .. } | Core::Cylinder { .. } => &Z,
             Core::Poly(p) => &p.edges,
         }
     }
+}
+
+/// The point of an ellipsoid farthest along d.
+#[inline]
+fn ellipsoid_support(half: &Vec3, d: &Vec3) -> Vec3 {
+    let w = half.component_mul(d);
+    let length = w.norm();
+    if length > 0.0 { half.component_mul(&w) / length } else { Vec3::new(half.x, 0.0, 0.0) }
+}
+
+/// Returns the distance of a point q from an ellipsoid, m; negative inside. The error is of second order in that distance.
+pub(crate) fn over_ellipsoid(half: &Vec3, q: &Vec3) -> f64 {
+    let scaled = q.component_div(half);
+    let (f, slope) = (scaled.norm(), scaled.component_div(half).norm());
+    if slope > 0.0 { (f - 1.0) * f / slope } else { -half.min() }
 }
 
 /// How far x is beyond −h … h. A comparison each, without the checks of `clamp`.
@@ -254,7 +283,7 @@ impl<'a> Placed<'a> {
         self.R * self.core.support(&self.R.tr_mul(d)) + self.p
     }
 
-    /// From a point to the core, of any length: to the nearest point of a cylinder, a segment or a box, else to the origin. Zero within.
+    /// From a point to the core, of any length: to the nearest point of a cylinder, a segment or a box, else to the origin. Zero within a cylinder or a box.
     #[inline(always)]
     pub(crate) fn toward(&self, from: &Vec3) -> Vec3 {
         let q = self.R.tr_mul(&(from - self.p));
@@ -269,7 +298,7 @@ impl<'a> Placed<'a> {
             Core::Poly(Poly { half: Some(h), .. }) => {
                 Vec3::new(beyond(q.x, h.x), beyond(q.y, h.y), beyond(q.z, h.z))
             }
-            Core::Poly(_) => q,
+            Core::Ellipsoid { .. } | Core::Poly(_) => q,
         };
         -(self.R * out)
     }
@@ -277,7 +306,17 @@ impl<'a> Placed<'a> {
     /// How fast the point farthest along d moves when d moves by `step`: zero at corners.
     #[inline]
     pub(crate) fn support_rate(&self, d: &Vec3, step: &Vec3) -> Vec3 {
-        let Core::Cylinder { r, .. } = self.core else { return Vec3::zeros() };
+        let r = match self.core {
+            Core::Cylinder { r, .. } => r,
+            Core::Ellipsoid { half } => {
+                let (d, step) = (self.R.tr_mul(d), self.R.tr_mul(step));
+                let (w, v) = (half.component_mul(&d), half.component_mul(&step));
+                let length = w.norm();
+                let u = w / length;
+                return self.R * half.component_mul(&((v - u * u.dot(&v)) / length));
+            }
+            _ => return Vec3::zeros(),
+        };
         let (d, step) = (self.R.tr_mul(d), self.R.tr_mul(step));
         let s = (d.x * d.x + d.y * d.y).sqrt();
         let (x, y) = (d.x / s, d.y / s);
@@ -321,7 +360,7 @@ impl Placed<'_> {
     pub(crate) fn lies_flat(&self, n: &Vec3) -> bool {
         let d = self.R.tr_mul(n);
         match self.core {
-            Core::Point => false,
+            Core::Point | Core::Ellipsoid { .. } => false,
             Core::Segment { .. } => d.z.abs() < LEVEL,
             Core::Cylinder { .. } => d.z.abs() < LEVEL || d.x.hypot(d.y) < LEVEL,
             Core::Poly(p) => {
@@ -337,6 +376,10 @@ impl Placed<'_> {
         let normal = match self.core {
             Core::Point => {
                 out.push(Corner { p: Vec3::zeros(), name: 0, edge: 0 });
+                None
+            }
+            Core::Ellipsoid { half } => {
+                out.push(Corner { p: ellipsoid_support(half, &d), name: 0, edge: 0 });
                 None
             }
             Core::Segment { h } => {

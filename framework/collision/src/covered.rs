@@ -12,7 +12,7 @@
 //! Only convex shapes and half spaces cover, and only convex shapes are covered: triangles of a mesh know their neighbours.
 
 use crate::colliders::{Colliders, Item};
-use crate::core::{Core, Placed};
+use crate::core::{Core, Placed, over_ellipsoid};
 use crate::pairs::on_cylinder;
 use crate::query::{ContactPoint, Seen};
 use crate::rules::groups;
@@ -71,6 +71,7 @@ fn gap(solid: &Solid, X: &Pose, padding: f64, p: &Vec3) -> f64 {
                 Core::Point => q.norm(),
                 Core::Segment { h } => Vec3::new(q.x, q.y, q.z - q.z.clamp(-h, *h)).norm(),
                 Core::Cylinder { r, h } => on_cylinder(&Placed::here(core), *r, *h, &q).2,
+                Core::Ellipsoid { half } => over_ellipsoid(half, &q),
                 Core::Poly(poly) => {
                     let over = |f: &crate::core::Face| {
                         f.n.dot(&(q - poly.vertices[poly.ring_of(f)[0] as usize]))

@@ -18,7 +18,7 @@ const NODES: usize = 512;
 const POINT: f64 = 0.1;
 
 /// The surface of a shape that is drawn by triangles: hull, mesh, height field (thinned where it is large, with its holes),
-/// and a piece of a half space. `None` for those that a viewer has itself: ball, box, capsule, cylinder, and balls and cubes
+/// and a piece of a half space. `None` for those that a viewer has itself: ball, ellipsoid, box, capsule, cylinder, and balls and cubes
 /// of clouds and voxel maps.
 ///
 /// # Errors
@@ -30,6 +30,7 @@ pub fn drawn_surface(shape: &Shape) -> Result<Option<Triangles>, ShapeFault> {
         Shape::HalfSpace => rectangle([PIECE; 2]),
         Shape::HeightField { x, y, spacing, heights } => field([*x, *y], *spacing, heights),
         Shape::Sphere { .. }
+        | Shape::Ellipsoid { .. }
         | Shape::Box { .. }
         | Shape::Capsule { .. }
         | Shape::Cylinder { .. }

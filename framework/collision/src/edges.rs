@@ -21,6 +21,7 @@ fn extreme(c: &Placed, n: &Vec3, room: f64) -> ([Corner; 2], usize) {
     };
     match c.core {
         Core::Point => put(Vec3::zeros(), 0),
+        Core::Ellipsoid { .. } => put(c.core.support(&d), 0),
         Core::Segment { h } | Core::Cylinder { h, .. } => {
             let top = c.core.support(&d);
             let level = 2.0 * h * d.z.abs() <= room;

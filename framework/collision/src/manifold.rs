@@ -223,7 +223,8 @@ pub(crate) fn settle(
     across(a, b, axis, limit, size, room);
     keep_shallower(&mut room.points, from, axis, EQUAL * size);
     // A corner that is behind a face's plane but not behind the face is another's. A round end is more than eight corners: what is between them is its own.
-    let round = || axis::round(b.core) && b.R.column(2).dot(&axis.n).abs() > 1.0 - 1e-12;
+    let cylinder = matches!(b.core, Core::Cylinder { .. });
+    let round = || cylinder && b.R.column(2).dot(&axis.n).abs() > 1.0 - 1e-12;
     let beside = a.core.is_triangle() && axis.source == Source::Face && !round();
     if !beside && !enough(a, b, axis, size, &room.points[from..]) {
         deepest(a, b, axis, ends, size, room);

@@ -112,6 +112,7 @@ fn cast(solid: &Solid, o: &Vec3, d: &Vec3, max: f64) -> Option<(f64, Vec3)> {
         Kind::Convex { core: Core::Poly(p), .. } => interval(o, d, &mut planes(p)),
         Kind::Convex { core: Core::Cylinder { r, h }, .. } => cylinder(o, d, *r, *h),
         Kind::Convex { core: Core::Segment { h }, round } => capsule(o, d, *round, *h),
+        Kind::Convex { core: Core::Ellipsoid { half }, .. } => ellipsoid(o, d, half),
     }
 }
 
@@ -190,6 +191,18 @@ fn sphere(o: &Vec3, d: &Vec3, r: f64, centre: &Vec3) -> Option<(f64, Vec3)> {
     let off = (p - d * along).norm_squared(); // square of the distance from the centre to the line
     let t = -along - (r * r - off).max(0.0).sqrt();
     (off <= r * r && t >= 0.0).then(|| (t, (p + d * t) / r))
+}
+
+/// A unit ball in coordinates that are divided by the half axes; the distance along the ray stays.
+fn ellipsoid(o: &Vec3, d: &Vec3, half: &Vec3) -> Option<(f64, Vec3)> {
+    let (p, e) = (o.component_div(half), d.component_div(half));
+    if p.norm() < 1.0 {
+        return inside(d);
+    }
+    let (square, along) = (e.norm_squared(), p.dot(&e));
+    let off = (p - e * (along / square)).norm_squared();
+    let t = (-along - (square * (1.0 - off)).max(0.0).sqrt()) / square;
+    (off <= 1.0 && t >= 0.0).then(|| (t, (p + e * t).component_div(half).normalize()))
 }
 
 /// Where a ray is within r of the z axis: first and last distance.

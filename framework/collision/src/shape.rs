@@ -23,6 +23,11 @@ pub enum Shape {
         /// Half of the segment, without the caps, m.
         half_length: f64,
     },
+    /// An ellipsoid about the origin, its axes along x, y, z.
+    Ellipsoid {
+        /// Half of each axis, m.
+        half: Vec3,
+    },
     /// A cylinder about the z axis with flat ends.
     Cylinder {
         /// Radius, m.

@@ -74,6 +74,9 @@ impl Solid {
             Shape::Cylinder { radius, half_length } => {
                 Kind::Convex { core: Core::Cylinder { r: *radius, h: *half_length }, round: 0.0 }
             }
+            Shape::Ellipsoid { half } => {
+                Kind::Convex { core: Core::Ellipsoid { half: *half }, round: 0.0 }
+            }
             Shape::Box { half } => {
                 Kind::Convex { core: Core::Poly(Poly::cuboid(*half)), round: 0.0 }
             }
@@ -131,6 +134,9 @@ fn sizes(shape: &Shape) -> Vec<ShapeFault> {
         }
         Shape::Box { half } => {
             vec![("half edge x", half.x), ("half edge y", half.y), ("half edge z", half.z)]
+        }
+        Shape::Ellipsoid { half } => {
+            vec![("half axis x", half.x), ("half axis y", half.y), ("half axis z", half.z)]
         }
         Shape::HeightField { spacing, .. } => {
             vec![("spacing along x", spacing[0]), ("spacing along y", spacing[1])]

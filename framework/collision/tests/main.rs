@@ -3,6 +3,7 @@
 
 mod covered;
 mod discs;
+mod ellipsoids;
 mod manifolds;
 mod pairs;
 mod pieces;

@@ -94,6 +94,7 @@ fn r_support(shape: &Shape, d: &Vec3) -> f64 {
             radius * d.x.hypot(d.y) + half_length * d.z.abs()
         }
         Shape::ConvexHull { points } => points.iter().map(|p| p.dot(d)).fold(f64::MIN, f64::max),
+        Shape::Ellipsoid { half } => half.component_mul(d).norm(),
         _ => f64::INFINITY,
     }
 }
@@ -175,7 +176,8 @@ fn rigid_motions_of_all_change_nothing() {
         let after = s.contacts(0.05, &[T * X[0], T * X[1]]);
         assert_eq!(before.len(), after.len(), "{a:?} {b:?}");
         for (p, q) in before.iter().zip(&after) {
-            let round = matches!((a, b), (Shape::Cylinder { .. }, _) | (_, Shape::Cylinder { .. }));
+            let curved = |s: &Shape| matches!(s, Shape::Cylinder { .. } | Shape::Ellipsoid { .. });
+            let round = curved(a) || curved(b);
             let tol = if round { 1e-6 } else { 1e-12 };
             assert_eq!(p.feature, q.feature, "{a:?} {b:?}");
             assert!((p.gap - q.gap).abs() < tol, "{a:?} {b:?}: {p:?} {q:?}");

@@ -17,6 +17,7 @@ fn the_least_thickness_that_closes_a_gap_is_a_hit() {
         Shape::Capsule { radius: 0.06, half_length: 0.2 },
         Shape::Cylinder { radius: 0.1, half_length: 0.15 },
         Shape::Cylinder { radius: 0.02, half_length: 0.4 },
+        Shape::Ellipsoid { half: Vec3::new(0.2, 0.12, 0.06) },
         Shape::ConvexHull { points: hull },
     ];
     let mut builder = Builder::new();
@@ -68,6 +69,7 @@ fn support(shape: &Shape, d: &Vec3) -> f64 {
             radius * d.x.hypot(d.y) + half_length * d.z.abs()
         }
         Shape::ConvexHull { points } => points.iter().map(|p| p.dot(d)).fold(f64::MIN, f64::max),
+        Shape::Ellipsoid { half } => half.component_mul(d).norm(),
         other => panic!("{other:?}"),
     }
 }

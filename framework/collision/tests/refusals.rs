@@ -22,6 +22,7 @@ fn sizes_must_be_positive_and_finite() {
             (Shape::Sphere { radius: bad }, 1),
             (Shape::Box { half: Vec3::new(bad, 1.0, bad) }, 2),
             (Shape::Capsule { radius: bad, half_length: bad }, 2),
+            (Shape::Ellipsoid { half: Vec3::new(1.0, bad, bad) }, 2),
             (Shape::Cylinder { radius: 1.0, half_length: bad }, 1),
             (Shape::HeightField { x: 2, y: 2, spacing: [bad, 1.0], heights: [0.0; 4].into() }, 1),
         ];

@@ -277,8 +277,8 @@ fn nothing_is_allocated_after_a_first_query() {
                 .map(|(i, s)| ColliderSpec::new(format!("s{i}"), format!("a{i:02}"), s)),
         );
         let poses =
-            (0..5).map(|i| Pose::translation(0.9 * f64::from(i) - 1.8, 0.03, 0.41)).collect();
-        (all, free_bodies(5), poses)
+            (0..6).map(|i| Pose::translation(0.9 * f64::from(i) - 2.2, 0.03, 0.41)).collect();
+        (all, free_bodies(6), poses)
     };
     sets.push(ground(box_mesh(Vec3::new(3.0, 3.0, 0.05))));
     let heights = (0..40 * 40).map(|i| 0.01 * f64::from(i % 7)).collect();

@@ -544,7 +544,7 @@ impl RobotModel {
 /// `body/number` (from 0). A mesh file collides as its convex hull, which misses no contact of the mesh.
 ///
 /// # Errors
-/// Shapes that a collider cannot be: meshes of other formats and those that are not found, ellipsoids, planes with an end. All at once;
+/// Shapes that a collider cannot be: meshes of other formats and those that are not found, planes with an end. All at once;
 /// none is left out in silence.
 pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
     let (mut out, mut faults) = (Vec::<ColliderSpec>::new(), Vec::new());
@@ -591,6 +591,7 @@ fn solid(g: &Geometry) -> Result<Shape, String> {
     Ok(match *g {
         Geometry::Box { size } => Shape::Box { half: 0.5 * Vec3::from(size) },
         Geometry::Sphere { radius } => Shape::Sphere { radius },
+        Geometry::Ellipsoid { radii } => Shape::Ellipsoid { half: Vec3::from(radii) },
         Geometry::Cylinder { radius, length } => {
             Shape::Cylinder { radius, half_length: 0.5 * length }
         }
@@ -604,7 +605,7 @@ fn solid(g: &Geometry) -> Result<Shape, String> {
             let scale = Vec3::from(scale);
             Shape::ConvexHull { points: corners.iter().map(|p| p.component_mul(&scale)).collect() }
         }
-        Geometry::Plane { .. } | Geometry::Ellipsoid { .. } => {
+        Geometry::Plane { .. } => {
             return Err(format!("{g:?} is no solid"));
         }
     })

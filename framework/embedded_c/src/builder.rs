@@ -47,6 +47,8 @@ pub const LW_SHAPE_CAPSULE: u32 = 2;
 pub const LW_SHAPE_CYLINDER: u32 = 3;
 /// All points with z <= 0: `size` unused.
 pub const LW_SHAPE_HALF_SPACE: u32 = 4;
+/// An ellipsoid about the origin: `size` = half of its axes along x, y, z.
+pub const LW_SHAPE_ELLIPSOID: u32 = 5;
 
 /// A shape in its own frame.
 #[repr(C)]
@@ -66,6 +68,7 @@ impl LwShape {
             LW_SHAPE_BOX => (Shape::Box { half: Vec3::new(a, b, c) }, &[][..]),
             LW_SHAPE_CAPSULE => (Shape::Capsule { radius: a, half_length: b }, &self.size[2..]),
             LW_SHAPE_CYLINDER => (Shape::Cylinder { radius: a, half_length: b }, &self.size[2..]),
+            LW_SHAPE_ELLIPSOID => (Shape::Ellipsoid { half: Vec3::new(a, b, c) }, &[][..]),
             LW_SHAPE_HALF_SPACE => (Shape::HalfSpace, &self.size[..]),
             value => return Err(Fault::Choice { what: "kind", value, help: "one of LW_SHAPE_.." }),
         };

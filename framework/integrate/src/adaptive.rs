@@ -223,7 +223,10 @@ impl Integrator {
             return Ok((f64::NAN, (lane, f64::NAN)));
         }
         self.estimate(h);
-        let work = &self.work;
+        let work = &mut self.work;
+        if system.projects() {
+            system.project_change(t + h, &work.x1, &mut work.error).map_err(Failure::System)?;
+        }
         let q = control.tolerances.norm(control.norm, &work.error, &work.x0, &work.x1);
         if q <= 1.0 {
             return Ok((q, (0, 0.0)));

@@ -28,6 +28,21 @@ pub trait System {
         Ok(())
     }
 
+    /// Removes from `change`, a small change of the state `x` at time `t`, the part that [`System::project`] would remove. Adaptive methods
+    /// ask for their error estimates, so that an error which the projection at the end of the step removes does not shorten the step.
+    /// Default: nothing, which is right unless such errors are much larger than those that stay.
+    ///
+    /// # Errors
+    /// Whatever the system refuses.
+    fn project_change(
+        &mut self,
+        _t: f64,
+        _x: &[f64],
+        _change: &mut [f64],
+    ) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
     /// Whether [`System::project`] may move anything. Where it cannot, it is not called, and the
     /// copy that the dense output needs of the end of a step is left until it is asked for.
     /// Default: true.

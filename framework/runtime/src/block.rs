@@ -153,6 +153,10 @@ pub trait Block: Send {
     ) -> Option<BuildError> {
         None
     }
+    /// Removes from a small change of the state the part that [`Block::project`] would remove.
+    fn project_change(&mut self, _x: &[f64], _change: &mut [f64]) -> Outcome {
+        Ok(())
+    }
     /// After a step of an integrator: the state back onto its manifold (unit quaternions, closed loops).
     fn project(&mut self, _x: &mut [f64]) -> Outcome {
         Ok(())

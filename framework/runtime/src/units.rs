@@ -40,12 +40,15 @@ const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
     ("deg",  [0, 0, 0, 0, 0, 0, 0, 1], PI / 180.0, false),
     ("°",    [0, 0, 0, 0, 0, 0, 0, 1], PI / 180.0, false),
     ("arcsec", [0, 0, 0, 0, 0, 0, 0, 1], PI / 648_000.0, false),
+    ("arcmin", [0, 0, 0, 0, 0, 0, 0, 1], PI / 10_800.0, false),
     ("rev",  [0, 0, 0, 0, 0, 0, 0, 1], 2.0 * PI, false),
     ("rpm",  [0, 0, -1, 0, 0, 0, 0, 1], PI / 30.0, false),
     ("Hz",   [0, 0, -1, 0, 0, 0, 0, 0], 1.0, true),
     ("N",    [1, 1, -2, 0, 0, 0, 0, 0], 1.0, true),
     ("Pa",   [1, -1, -2, 0, 0, 0, 0, 0], 1.0, true),
     ("bar",  [1, -1, -2, 0, 0, 0, 0, 0], 1e5, true),
+    ("psi",  [1, -1, -2, 0, 0, 0, 0, 0], 0.453_592_37 * 9.806_65 / (0.0254 * 0.0254), false),
+    ("atm",  [1, -1, -2, 0, 0, 0, 0, 0], 101_325.0, false),
     ("J",    [1, 2, -2, 0, 0, 0, 0, 0], 1.0, true),
     ("W",    [1, 2, -3, 0, 0, 0, 0, 0], 1.0, true),
     ("Wh",   [1, 2, -2, 0, 0, 0, 0, 0], 3600.0, true),
@@ -61,9 +64,14 @@ const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
     ("L",    [0, 3, 0, 0, 0, 0, 0, 0], 1e-3, true),
     ("min",  [0, 0, 1, 0, 0, 0, 0, 0], 60.0, false),
     ("h",    [0, 0, 1, 0, 0, 0, 0, 0], 3600.0, false),
+    ("d",    [0, 0, 1, 0, 0, 0, 0, 0], 86_400.0, false),
     ("day",  [0, 0, 1, 0, 0, 0, 0, 0], 86_400.0, false),
     ("sol",  [0, 0, 1, 0, 0, 0, 0, 0], 88_775.244, false),
     ("AU",   [0, 1, 0, 0, 0, 0, 0, 0], crate::services::AU, false),
+    ("mi",   [0, 1, 0, 0, 0, 0, 0, 0], 1609.344, false),
+    ("nmi",  [0, 1, 0, 0, 0, 0, 0, 0], 1852.0, false),
+    ("mph",  [0, 1, -1, 0, 0, 0, 0, 0], 1609.344 / 3600.0, false),
+    ("kn",   [0, 1, -1, 0, 0, 0, 0, 0], 1852.0 / 3600.0, false),
     ("ft",   [0, 1, 0, 0, 0, 0, 0, 0], 0.3048, false),
     ("in",   [0, 1, 0, 0, 0, 0, 0, 0], 0.0254, false),
     ("lb",   [1, 0, 0, 0, 0, 0, 0, 0], 0.453_592_37, false),
@@ -75,7 +83,9 @@ const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
 ];
 const PREFIXES: &[(&str, f64)] = &[
     ("n", 1e-9),
-    ("µ", 1e-6),
+    // The micro sign, and the Greek letter that looks like it.
+    ("\u{b5}", 1e-6),
+    ("\u{3bc}", 1e-6),
     ("u", 1e-6),
     ("m", 1e-3),
     ("c", 1e-2),
@@ -291,6 +301,23 @@ mod tests {
         assert_eq!(Unit::parse("mm").unwrap().scale, 1e-3);
         assert_eq!(Unit::parse("min").unwrap().scale, 60.0);
         assert_eq!(Unit::parse("km/h").unwrap().scale, 1e3 / 3600.0);
+        // The values of NIST SP 811, appendix B.8; psi to the seven digits given there.
+        for (text, si, value) in [
+            ("kn", "m/s", 1852.0 / 3600.0),
+            ("nmi", "m", 1852.0),
+            ("mi", "m", 1609.344),
+            ("mph", "m/s", 0.44704),
+            ("atm", "Pa", 101_325.0),
+            ("arcmin", "rad", 2.908_882e-4),
+            ("psi", "Pa", 6.894_757e3),
+            ("d", "s", 86_400.0),
+            ("\u{3bc}m", "m", 1e-6),
+            ("\u{b5}m", "m", 1e-6),
+        ] {
+            let unit = Unit::parse(text).unwrap();
+            assert!((unit.scale / value - 1.0).abs() < 1e-7, "{text}: {}", unit.scale);
+            assert_eq!(unit.exponents, Unit::parse(si).unwrap().exponents, "{text}");
+        }
         assert_eq!(Unit::parse("kg m^2").unwrap(), Unit::parse("kg m²").unwrap());
         assert_eq!(Unit::parse("1/(V s)").unwrap().exponents, [-1, -2, 2, 1, 0, 0, 0, 0]);
         assert_eq!(Unit::parse("N/m/s").unwrap().exponents, [1, 0, -3, 0, 0, 0, 0, 0]);

@@ -15,6 +15,9 @@ use linkwork_dynamics::{DynamicsError, Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use thiserror::Error;
 
+/// [Independence](ConstrainedSolver::independence) below which branches of motion may cross near a configuration.
+pub const NEAR: f64 = 0.1;
+
 /// What holds drift of rows down while integrating.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Stabilisation {
@@ -138,6 +141,8 @@ pub struct ConstrainedSolver {
     prescribed: bool,
     place: Vec<usize>,
     v: Vec<f64>,
+    /// Where some constraints are embedded: all of them as rows, for projections where rank drops.
+    near: Option<Box<ConstrainedSolver>>,
     still: Vec<f64>,
     quiet: Vec<LoopMotion>,
     /// Baumgarte's constants.
@@ -150,7 +155,10 @@ impl ConstrainedSolver {
     /// For a tree, each constraint of its mechanism treated as `treatment` says.
     #[must_use]
     pub fn new(tree: &Tree, treatment: impl Fn(ConstraintId) -> Treatment) -> Self {
-        let units = Units::new(tree, treatment);
+        Self::of(tree, Units::new(tree, treatment))
+    }
+
+    fn of(tree: &Tree, units: Units) -> Self {
         let mbs = tree.multibody();
         let order = elimination_order(tree, &units);
         let groups = |c: &ConstraintId| match mbs.rows(*c) {
@@ -182,7 +190,10 @@ impl ConstrainedSolver {
             rows += mbs.rows(c);
         }
         let n = envelope.len();
+        let near = (!units.embedded().is_empty())
+            .then(|| Box::new(Self::of(tree, Units::new(tree, |_| Treatment::Augment))));
         Self {
+            near,
             uw: UnitsWork::new(tree, &units),
             rows: RowSet::default(),
             order,
@@ -245,6 +256,13 @@ impl ConstrainedSolver {
         vdot: &mut [f64],
     ) -> Result<Report, SolverError> {
         self.units.gather(tree, ws, &mut self.uw, tau, vdot, motions)?;
+        if let Some(mut near) = self.take_embedded_near() {
+            let solved = near.forward_given_kinematics(tree, ws, (q, v), motions, tau, vdot);
+            self.forces.copy_from_slice(&near.forces);
+            self.pending = false;
+            self.put_near(near);
+            return solved;
+        }
         let mut report = Report { contradiction: self.uw.inconsistency(), ..Report::default() };
         if !self.order.is_empty() {
             self.solve_rows(tree, ws, (q, v), motions, &mut report);
@@ -418,6 +436,22 @@ impl ConstrainedSolver {
     pub fn independence(&self) -> f64 {
         let rows = if self.order.is_empty() { 1.0 } else { self.W.weakest.sqrt() };
         self.uw.weakest().min(rows)
+    }
+
+    /// Takes the solver out that has all constraints as rows, where there is one and the rank nearly drops.
+    pub(crate) fn take_near(&mut self) -> Option<Box<Self>> {
+        if self.independence() < NEAR { self.near.take() } else { None }
+    }
+
+    /// Takes that solver out where the rank of the embedded constraints nearly drops at the last gather. Dependent coordinates are chosen anew at
+    /// every state, which makes differences of accelerations, as stiff methods take them, inexact there; a solution by rows has no such choice.
+    fn take_embedded_near(&mut self) -> Option<Box<Self>> {
+        if self.uw.weakest() < NEAR { self.near.take() } else { None }
+    }
+
+    /// Puts it back.
+    pub(crate) fn put_near(&mut self, near: Box<Self>) {
+        self.near = Some(near);
     }
 
     /// Adds the forces of all loops at the last solution to the external forces of the workspace, which has to be at the state of that

@@ -29,7 +29,7 @@ mod stepper;
 pub use compliant::{
     BRISTLE, CompliantContact, CompliantError, CompliantLaws, CompliantSettings, PairLoad,
 };
-pub use constrained::{ConstrainedSolver, Redundant, Report, SolverError, Stabilisation};
+pub use constrained::{ConstrainedSolver, NEAR, Redundant, Report, SolverError, Stabilisation};
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
 pub use linkwork_dynamics::units::Treatment;
 pub use projection::{Closing, ProjectionError, Projector};

@@ -9,8 +9,15 @@
 //! ```
 //! A step that makes the error larger is halved; where no step helps, the loops cannot be closed
 //! from here, and the error says by how much.
+//!
+//! Where the rank of the rows drops, as in a parallelogram whose links are in line, two branches of motion cross: d = θ₁ θ₂ + …, with
+//! the distances θ₁, θ₂ from both. The curve d = ε ≠ 0 does not cross: it bends from one branch to the other where θ ≈ √ε. An error
+//! that is left would therefore lead an accurate integrator to the other branch, and much smaller steps before that. So loops are closed
+//! to tolerance · i² there, i being the independence of the rows (about θ), and to round-off at the end. All constraints are treated
+//! as rows there. Closing embedded loops by their dependent coordinates alone would turn errors across a branch, which are large there,
+//! into errors along it.
 
-use crate::constrained::{ConstrainedSolver, SolverError, named};
+use crate::constrained::{ConstrainedSolver, NEAR, SolverError, named};
 use linkwork_dynamics::units::Level;
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
@@ -61,6 +68,7 @@ pub struct Projector {
     next: Vec<f64>,
     scaled: Vec<f64>,
     trial: Vec<f64>,
+    quiet: Vec<LoopMotion>,
 }
 
 impl Projector {
@@ -75,6 +83,7 @@ impl Projector {
             next: vec![0.0; nv],
             scaled: vec![0.0; nv],
             trial: vec![0.0; nq],
+            quiet: Vec::with_capacity(tree.multibody().motions()),
         }
     }
 
@@ -91,9 +100,18 @@ impl Projector {
         q: &mut [f64],
     ) -> Result<Closing, ProjectionError> {
         let error = solver.newton(tree, ws, q, motions, &mut self.step)?;
+        if let Some(mut near) = solver.take_near() {
+            let closed = self.positions(tree, ws, &mut near, motions, q);
+            solver.put_near(near);
+            return closed;
+        }
         let mut closing = Closing { steps: 0, before: error, error };
         let mut scale = 1.0;
-        while !(closing.error <= self.tolerance) {
+        while !(closing.error <= self.target(solver)) {
+            // Round-off: no step reduces an error that the tolerance permits.
+            if scale < 1.0 && closing.error <= self.tolerance {
+                break;
+            }
             // Where links are nearly in line a row is left out, and what it lacks is of second order.
             let stuck = closing.steps == self.steps_max || scale < 1e-3;
             if stuck && closing.error <= STUCK * self.tolerance {
@@ -110,7 +128,7 @@ impl Projector {
             self.scaled.iter_mut().zip(&self.step).for_each(|(s, d)| *s = scale * d);
             tree.multibody().integrate(q, &self.scaled, &mut self.trial);
             let error = solver.newton(tree, ws, &self.trial, motions, &mut self.next)?;
-            if error < closing.error || error <= self.tolerance {
+            if error < closing.error {
                 q.copy_from_slice(&self.trial);
                 std::mem::swap(&mut self.step, &mut self.next);
                 (closing.error, scale) = (error, 1.0);
@@ -119,6 +137,12 @@ impl Projector {
             }
         }
         Ok(closing)
+    }
+
+    /// The error (rad or m) to close to with the rows of the last Newton step.
+    fn target(&self, solver: &ConstrainedSolver) -> f64 {
+        let i = solver.independence();
+        self.tolerance * if i < NEAR { i * i } else { 1.0 }
     }
 
     /// Moves β onto the constraints at q. Prescribed rates stay. Returns the greatest |ḋ| before, per
@@ -139,12 +163,42 @@ impl Projector {
         for pass in 0..solver.passes() {
             kinematics(tree, ws, q, v);
             let error = solver.rate_step(tree, ws, (q, v), motions, &mut self.step)?;
+            if pass == 0
+                && let Some(mut near) = solver.take_near()
+            {
+                let moved = self.rates(tree, ws, &mut near, motions, q, v);
+                solver.put_near(near);
+                return moved;
+            }
             v.iter_mut().zip(&self.step).for_each(|(v, d)| *v += d);
             if pass == 0 {
                 before = error;
             }
         }
         Ok(before)
+    }
+}
+
+impl Projector {
+    /// Removes from a small change `dv` of the coordinates at q, or of β, the part that a projection would remove.
+    ///
+    /// # Errors
+    /// [`ProjectionError::Solver`].
+    pub fn change(
+        &mut self,
+        tree: &Tree,
+        ws: &mut Workspace,
+        solver: &mut ConstrainedSolver,
+        motions: &[LoopMotion],
+        q: &[f64],
+        dv: &mut [f64],
+    ) -> Result<(), ProjectionError> {
+        let mut quiet = std::mem::take(&mut self.quiet);
+        quiet.clear();
+        quiet.extend(motions.iter().map(|m| LoopMotion { rate: 0.0, ..*m }));
+        let done = self.rates(tree, ws, solver, &quiet, q, dv);
+        self.quiet = quiet;
+        done.map(|_| ())
     }
 }
 

@@ -53,9 +53,13 @@ pub fn send(rec: &RecordingStream, shape: &Shape, when: When) -> Result<(), Wrap
                 &boxes.with_fill_mode(fill).with_colors([color]),
             )?;
         }
-        Seen::Shape(Geometry::Sphere { radius }) => {
-            let ball =
-                re_sdk_types::archetypes::Ellipsoids3D::from_half_sizes([[*radius as f32; 3]]);
+        Seen::Shape(form @ (Geometry::Sphere { .. } | Geometry::Ellipsoid { .. })) => {
+            let half = match form {
+                Geometry::Ellipsoid { half } => f3(half),
+                Geometry::Sphere { radius } => [*radius as f32; 3],
+                _ => return Ok(()),
+            };
+            let ball = re_sdk_types::archetypes::Ellipsoids3D::from_half_sizes([half]);
             rec.log_with_static(
                 path.clone(),
                 fixed,

@@ -28,7 +28,7 @@ impl Mechanism {
     /// The collision shapes of the file that the mechanism was loaded from, as Colliders with the file's names, or `body/number`.
     ///
     /// Their friction is 0.5 and their restitution 0 where the file is no RON: `material` changes that. Raises LinkworkError for shapes that a
-    /// Collider cannot be (meshes that are neither STL nor OBJ, ellipsoids), and for a mechanism that is of no file.
+    /// Collider cannot be (meshes that are neither STL nor OBJ), and for a mechanism that is of no file.
     ///
     /// >>> import pathlib
     /// >>> _ = pathlib.Path("ball.urdf").write_text('<robot name="b"><link name="l"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>' '<collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>')

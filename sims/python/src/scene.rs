@@ -111,6 +111,7 @@ fn mesh_file(file: &str, scale: [f64; 3]) -> Form {
 fn of_shape(shape: &Shape) -> Form {
     match shape {
         Shape::Sphere { radius } => Form::Solid("ellipsoid", vec![*radius; 3]),
+        Shape::Ellipsoid { half } => Form::Solid("ellipsoid", half.as_slice().to_vec()),
         Shape::Box { half } => Form::Solid("box", (half * 2.0).as_slice().to_vec()),
         Shape::Capsule { radius, half_length } => {
             Form::Solid("capsule", vec![*radius, 2.0 * half_length])

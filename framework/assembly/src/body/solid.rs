@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! Cylinder(radius: .., length: ..)  Capsule(radius: .., length: ..)  Box([x, y, z])  Sphere(radius)
+//! Ellipsoid([a, b, c])                               half axes along x, y, z
 //! Mesh(file: ..) | (vertices: [..], triangles: [..]) triangles, counter-clockwise from outside
 //! HalfSpace                                          all points with z ≤ 0
 //! ConvexHull(points: [..]) | (file: "x.stl")         the hull of points or of a mesh's corners
@@ -36,6 +37,12 @@ record! {
     struct Ball: "sphere" {
         /// Radius.
         radius: f64 = number("m").positive().need("write `Sphere(0.1)`"),
+    }
+}
+record! {
+    struct Egg: "ellipsoid" {
+        /// Half axes along x, y, z.
+        radii: [f64; 3] = numbers::<3>("m").need("write `Ellipsoid([0.3, 0.2, 0.1])`: half axes in m"),
     }
 }
 record! {
@@ -104,13 +111,14 @@ record! {
 const VOXELS: &str = "write VoxelMap(cells: [100, 100, 20], edge: 0.05, occupied: [[0, 0, 0], ..])";
 const FIELD: &str =
     "write HeightField(spacing: 0.5, heights: [[..], [..]]): rows from low y to high y";
-const SOLIDS: [&str; 4] = ["Cylinder", "Box", "Sphere", "Capsule"];
-const SHOWN: [&str; 5] = ["Cylinder", "Box", "Sphere", "Capsule", "Mesh"];
-const ALL: [&str; 10] = [
+const SOLIDS: [&str; 5] = ["Cylinder", "Box", "Sphere", "Capsule", "Ellipsoid"];
+const SHOWN: [&str; 6] = ["Cylinder", "Box", "Sphere", "Capsule", "Ellipsoid", "Mesh"];
+const ALL: [&str; 11] = [
     "Cylinder",
     "Box",
     "Sphere",
     "Capsule",
+    "Ellipsoid",
     "Mesh",
     "HalfSpace",
     "ConvexHull",
@@ -284,6 +292,7 @@ fn describe(kinds: &[&str]) -> Schema {
         ("Capsule", variant_of::<Round>("Capsule", "")),
         ("Box", variant_of::<Block>("Box", "size")),
         ("Sphere", variant_of::<Ball>("Sphere", "radius")),
+        ("Ellipsoid", variant_of::<Egg>("Ellipsoid", "radii")),
         ("Mesh", variant_of::<Mesh>("Mesh", "")),
         ("HalfSpace", variant_of::<Plain>("HalfSpace", "")),
         ("ConvexHull", variant_of::<Hull>("ConvexHull", "")),
@@ -315,12 +324,11 @@ fn read(
         }
         "Box" => {
             let Block { size } = argument(cx, inner, &at, "size")?;
-            if size.iter().any(|s| *s <= 0.0) {
-                let message = format!("{} has a side that is not positive", at.what);
-                cx.fault(inner.origin, message, "write lengths above zero, in m");
-                return None;
-            }
-            Shape::Box { half: 0.5 * Vec3::from(size) }
+            Shape::Box { half: 0.5 * positive(cx, inner, &at, size)? }
+        }
+        "Ellipsoid" => {
+            let Egg { radii } = argument(cx, inner, &at, "radii")?;
+            Shape::Ellipsoid { half: positive(cx, inner, &at, radii)? }
         }
         "Sphere" => Shape::Sphere { radius: argument::<Ball>(cx, inner, &at, "radius")?.radius },
         "HalfSpace" => {
@@ -354,6 +362,16 @@ fn read(
         }
     };
     Some((Seen::Shape(shape), Quat::identity()))
+}
+
+/// Three lengths, each above zero.
+fn positive(cx: &mut Cx, inner: &Located, at: &At<'_>, lengths: [f64; 3]) -> Option<Vec3> {
+    if lengths.iter().any(|s| *s <= 0.0) {
+        let message = format!("{} has a side that is not positive", at.what);
+        cx.fault(inner.origin, message, "write lengths above zero, in m");
+        return None;
+    }
+    Some(Vec3::from(lengths))
 }
 
 /// The turn that brings z onto an axis.
@@ -484,6 +502,7 @@ pub(crate) fn value(shape: &Shape) -> Value {
     match shape {
         Shape::Sphere { radius } => variant("Sphere", Value::Number(*radius)),
         Shape::Box { half } => variant("Box", crate::text::value::vector(&(2.0 * half))),
+        Shape::Ellipsoid { half } => variant("Ellipsoid", crate::text::value::vector(half)),
         Shape::Capsule { radius, half_length } => variant(
             "Capsule",
             Round { radius: *radius, length: 2.0 * half_length, axis: None }.write(),
@@ -536,6 +555,10 @@ pub(crate) fn inertia(mass: f64, shape: &Shape, turn: &Quat) -> Option<Mat3> {
             Vec3::new(b * b + c * c, a * a + c * c, a * a + b * b) * (mass / 12.0)
         }
         Shape::Sphere { radius: r } => Vec3::repeat(0.4 * mass * r * r),
+        Shape::Ellipsoid { half } => {
+            let [a, b, c] = [half.x * half.x, half.y * half.y, half.z * half.z];
+            Vec3::new(b + c, a + c, a + b) * (mass / 5.0)
+        }
         Shape::Capsule { radius: r, half_length } => {
             // Cylinder and two half spheres, whose centres are l/2 + 3r/8 away.
             let l = 2.0 * half_length;

@@ -343,7 +343,6 @@ fn unusable(geometry: &Geometry) -> Option<String> {
         Geometry::Mesh { file, scale, .. } => {
             format!("mesh `{file}` with the scale {scale:?}, which mirrors or flattens it")
         }
-        Geometry::Ellipsoid { .. } => "ellipsoid".into(),
         Geometry::Plane { .. } => "plane that nothing meets".into(),
         _ => "its sizes are not all above 0".into(),
     })
@@ -362,6 +361,9 @@ fn shape(s: &BodyShape, groups: &ShapeGroups, left_out: &mut Vec<String>) -> Opt
         Geometry::Box { size } if positive(size) => Some(variant("Box", list(*size))),
         Geometry::Sphere { radius } if positive(&[*radius]) => {
             Some(variant("Sphere", number(*radius)))
+        }
+        Geometry::Ellipsoid { radii } if positive(radii) => {
+            Some(variant("Ellipsoid", list(*radii)))
         }
         Geometry::Cylinder { radius, length } if positive(&[*radius, *length]) => {
             Some(of("Cylinder", vec![("radius", number(*radius)), ("length", number(*length))]))

@@ -291,6 +291,7 @@ fn contacts(cx: &mut Cx, key: &str, v: &Located, d: &mut Description) {
             }
             Seen::Shape(Shape::Box { half }) => Geometry::Box { size: (2.0 * half).into() },
             Seen::Shape(Shape::Sphere { radius }) => Geometry::Sphere { radius },
+            Seen::Shape(Shape::Ellipsoid { half }) => Geometry::Ellipsoid { radii: half.into() },
             // A side-car names no other shapes: they have been refused.
             _ => continue,
         };

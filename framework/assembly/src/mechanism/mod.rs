@@ -178,6 +178,7 @@ fn grounds(colliders: Option<&Colliders>, shapes: &[BodyShape]) -> Vec<BodyShape
         let solid = matches!(
             c.fine,
             Shape::Sphere { .. }
+                | Shape::Ellipsoid { .. }
                 | Shape::Box { .. }
                 | Shape::Capsule { .. }
                 | Shape::Cylinder { .. }

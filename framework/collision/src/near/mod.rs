@@ -141,5 +141,5 @@ fn guessed(a: &Placed, b: &Placed, size: f64) -> Option<Gap> {
 
 /// Whether [`Placed::toward`] ends at the core's nearest point.
 pub(crate) fn exact(core: &Core) -> bool {
-    !matches!(core, Core::Poly(Poly { half: None, .. }))
+    !matches!(core, Core::Ellipsoid { .. } | Core::Poly(Poly { half: None, .. }))
 }

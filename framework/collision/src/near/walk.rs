@@ -33,6 +33,7 @@ enum Form<'a> {
     Box([Vec3; 3]),
     /// Axis, radius, half height.
     Cylinder(Vec3, f64, f64),
+    Ellipsoid(&'a Placed<'a>),
     Hull(&'a Placed<'a>, &'a [Vec3]),
 }
 
@@ -43,6 +44,7 @@ impl<'a> Form<'a> {
             Core::Point => Form::Point,
             Core::Segment { h } => Form::Segment(axis(2) * *h),
             Core::Cylinder { r, h } => Form::Cylinder(axis(2), *r, *h),
+            Core::Ellipsoid { .. } => Form::Ellipsoid(x),
             Core::Poly(Poly { half: Some(half), .. }) => {
                 Form::Box([axis(0) * half.x, axis(1) * half.y, axis(2) * half.z])
             }
@@ -70,6 +72,7 @@ impl<'a> Form<'a> {
                 let end = z * h.copysign(along);
                 if s > 0.0 { end + w * (r / s.sqrt()) } else { end }
             }
+            Form::Ellipsoid(x) => x.R * x.core.support(&x.R.tr_mul(d)),
             Form::Hull(x, vertices) => {
                 let d = x.R.tr_mul(d);
                 let (mut best, mut far) = (0, f64::NEG_INFINITY);

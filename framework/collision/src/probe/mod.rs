@@ -408,6 +408,7 @@ fn ball(solid: &Solid) -> (Vec3, f64) {
     let radius = match &solid.kind {
         Kind::Convex { core: Core::Point, round } => *round,
         Kind::Convex { core: Core::Segment { h }, round } => h + round,
+        Kind::Convex { core: Core::Ellipsoid { half }, round } => half.max() + round,
         Kind::Convex { core: Core::Cylinder { r, h }, round } => r.hypot(*h) + round,
         Kind::Convex { core: Core::Poly(p), round } => {
             p.vertices.iter().map(|v| (v - centre).norm()).fold(0.0, f64::max) + round

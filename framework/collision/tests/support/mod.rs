@@ -156,5 +156,6 @@ pub fn convex_shapes() -> Vec<Shape> {
         Shape::Capsule { radius: 0.2, half_length: 0.35 },
         Shape::Cylinder { radius: 0.3, half_length: 0.45 },
         Shape::ConvexHull { points },
+        Shape::Ellipsoid { half: Vec3::new(0.5, 0.35, 0.2) },
     ]
 }

@@ -60,8 +60,10 @@ pub(crate) struct Embedded {
     pub reach: f64,
     /// The greatest |S|² |w|² of each row: what is far below it is rounding.
     pub size: Vec<f64>,
+    /// The greatest number of each row at the last reduction, as a part of that bound.
+    pub part: Vec<f64>,
     pub inconsistency: f64,
-    /// The least pivot of the last reduction, rows scaled to one; 1 without rows.
+    /// The least pivot of the last reduction, as a part of the bound of its row; 1 without rows.
     pub weakest: f64,
 }
 
@@ -88,6 +90,7 @@ impl Embedded {
             rates: vec![0.0; size],
             used: vec![false; a.rows + size],
             size: vec![0.0; a.rows],
+            part: vec![1.0; a.rows],
             reach: 0.0,
             inconsistency: 0.0,
             weakest: 1.0,

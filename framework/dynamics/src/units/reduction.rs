@@ -117,8 +117,11 @@ impl Units {
                 }
             }
         }
-        for (row, bound) in m.gamma.chunks_exact_mut(wide).zip(&m.size) {
+        let bounds = m.size.iter().zip(&mut m.part);
+        for (row, (bound, part)) in m.gamma.chunks_exact_mut(wide).zip(bounds) {
             let greatest = row[..size].iter().fold(0.0, |a, x| nan_max(a, x.abs()));
+            // Terms of a row that cancel leave less than their bound, as where links are in line; couplings have no bound.
+            *part = if *bound > 0.0 { greatest / bound.sqrt() } else { 1.0 };
             if greatest <= REDUNDANT * bound.sqrt() {
                 row[..size].fill(0.0);
             } else {
@@ -142,7 +145,7 @@ impl Units {
             if i == usize::MAX {
                 break;
             }
-            m.weakest = m.weakest.min(pivot);
+            m.weakest = m.weakest.min(pivot * m.part[i]);
             (used_rows[i], used_columns[j]) = (true, true);
             m.pivots.push((i, j));
             let inverse = 1.0 / m.gamma[i * wide + j];

@@ -92,8 +92,8 @@ impl UnitsWork {
         self.embedded.iter().map(|e| e.inconsistency).fold(0.0, nan_max)
     }
 
-    /// How independent the rows of embedded constraints are at the last reduction: the least pivot, rows scaled to one. It vanishes
-    /// where their rank drops, as in a parallelogram whose links are in line. Rows that repeat others everywhere do not count.
+    /// How independent the rows of embedded constraints are at the last reduction: the least pivot, as a part of the terms that
+    /// make up its row. It vanishes where their rank drops, as in a parallelogram whose links are in line. Rows that repeat others everywhere do not count.
     #[must_use]
     pub fn weakest(&self) -> f64 {
         self.embedded.iter().map(|e| e.weakest).fold(1.0, f64::min)

@@ -43,6 +43,9 @@
 // All points with z <= 0: `size` unused.
 #define LW_SHAPE_HALF_SPACE 4
 
+// An ellipsoid about the origin: `size` = half of its axes along x, y, z.
+#define LW_SHAPE_ELLIPSOID 5
+
 // The body does not move on its parent.
 #define LW_HINGE_LOCKED 0
 

@@ -1,5 +1,4 @@
 //! The mechanism's operations, with its work space.
-use super::branch::Branch;
 use super::plan::MechanismPlan;
 use super::ports::Frame;
 use super::rolling::Rolls;
@@ -40,10 +39,7 @@ pub(super) struct MechanismBlock {
     /// Number of the evaluation that the kinematics in `ws` belong to.
     pub(super) at: u64,
     pub(super) solver: Option<ConstrainedSolver>,
-    projector: Projector,
-    branch: Branch,
-    /// Time of the last kinematics.
-    time: f64,
+    pub(super) projector: Projector,
     pub(super) stepper: Option<ContactStepper>,
     pub(super) compliant: Option<CompliantContact>,
     pub(super) rolls: Option<Rolls>,
@@ -95,8 +91,6 @@ impl MechanismBlock {
             at: NEVER,
             solver: plan.solver.clone(),
             projector: Projector::new(&plan.tree),
-            branch: Branch::new(if plan.solver.is_some() { nv } else { 0 }),
-            time: 0.0,
             stepper: plan.stepper(),
             compliant: plan.compliant_contact(),
             rolls: Rolls::of(&plan),
@@ -150,12 +144,12 @@ impl MechanismBlock {
         if self.at != now.number {
             let (q, v) = self.split(x);
             kinematics(&self.tree, &mut self.ws, q, v);
-            (self.at, self.time) = (now.number, now.t);
+            self.at = now.number;
         }
     }
 
     /// Loop motions at a state.
-    fn read_motions(&mut self, x: &[f64]) {
+    pub(super) fn read_motions(&mut self, x: &[f64]) {
         let at = self.motion_lanes();
         for (i, m) in self.motions.iter_mut().enumerate() {
             (m.position, m.rate) = (x[at + 2 * i], x[at + 2 * i + 1]);
@@ -275,29 +269,6 @@ impl MechanismBlock {
             let from = reports + touch::LANES * k;
             sig.copy_within(from..from + touch::LANES, first + touch::LANES * i);
         }
-    }
-
-    /// Positions and rates back onto the constraints.
-    fn close(&mut self, x: &mut [f64]) -> Outcome {
-        self.read_motions(x);
-        self.at = NEVER;
-        let Some(solver) = &mut self.solver else { return Ok(()) };
-        let plan = &*self.plan;
-        let (nq, nv) = (plan.multibody.nq(), plan.multibody.nv());
-        let (q, rest) = x[self.w.x..].split_at_mut(nq);
-        let (tree, motions) = (&self.tree, &self.motions[..]);
-        self.projector
-            .positions(tree, &mut self.ws, solver, motions, q)
-            .and_then(|_| {
-                self.projector.rates(tree, &mut self.ws, solver, motions, q, &mut rest[..nv])
-            })
-            .map_err(|e| Failure::of(&e))?;
-        // Impulses of contact make rates jump.
-        if self.stepper.is_some() {
-            return Ok(());
-        }
-        let rates = (&rest[..nv], &self.vdot[..]);
-        self.branch.check(plan, solver.independence(), rates, self.time)
     }
 
     /// What compliant contact does.
@@ -485,6 +456,10 @@ impl Block for MechanismBlock {
         self.plan.multibody.normalize(&mut x[at..at + self.plan.multibody.nq()]);
         let steps = self.stepper.is_some() || self.rolls.is_some();
         if steps { Ok(()) } else { self.close(x) }
+    }
+
+    fn project_change(&mut self, x: &[f64], change: &mut [f64]) -> Outcome {
+        self.close_change(x, change)
     }
 
     fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {

@@ -9,7 +9,8 @@
 //!
 //! usual stop     k = m (0.2 / h)²,  c = 1 s/rad or 10 s/m
 //! ```
-//! m is the inertia behind the coordinate at the start, 1 / (M⁻¹)ᵢᵢ of the tree, loops left out. A
+//! m is the inertia behind the coordinate at the start, 1 / (M⁻¹)ᵢᵢ of the tree, loops left out; of a ball that along the direction d
+//! in which the limit is passed, 1 / (d* M⁻¹ d). A
 //! coordinate that meets a usual stop at the speed v, pushed by an acceleration a, passes it by no more
 //! than 5 h v + 50 h² a while the inertia is m; with μ m, by √μ of the first and μ of the second. With
 //! semi-implicit Euler it may be a step's motion, h v, more. It comes back no faster than it went in.
@@ -17,13 +18,13 @@
 //! none of these.
 use super::spec::MechanismSpec;
 use crate::value::Fault;
-use linkwork_dynamics::{Tree, Workspace, inverse_mass_diagonal, kinematics};
+use linkwork_dynamics::{Tree, Workspace, apply_inverse_mass, inverse_mass_diagonal, kinematics};
 use linkwork_multibody::{
     BallLimits, Coordinate, Friction, Multibody, Spring, Stop, Subhinge, SubhingeKind,
     SubhingeRange,
 };
 use linkwork_solvers::JointLimits;
-use linkwork_spatial::{Quat, Vec3, nalgebra};
+use linkwork_spatial::{Mat3, Quat, Vec3, nalgebra};
 
 /// Natural frequency of a usual stop in radians a step.
 const SOFT: f64 = 0.2;
@@ -56,6 +57,16 @@ struct BallStop {
     v: usize,
     limits: BallLimits,
     law: StopLaw,
+    /// M⁻¹ of its three rates, where the law has the stiffness for a unit inertia.
+    mobility: Option<Mat3>,
+}
+
+impl BallStop {
+    /// The law along a direction.
+    fn along(&self, d: &Vec3) -> StopLaw {
+        let inertia = self.mobility.map_or(1.0, |m| 1.0 / d.dot(&(m * d)));
+        StopLaw { stiffness: self.law.stiffness * inertia, ..self.law }
+    }
 }
 
 /// Rate over which a stop with restitution goes from pressing to returning, rad/s or m/s.
@@ -117,7 +128,7 @@ impl JointForces {
             let w = Vec3::new(v[s.v], v[s.v + 1], v[s.v + 2]);
             let past = s.limits.left(&q[s.q..s.q + 4]).into_iter().flatten();
             for (left, d) in past.filter(|(left, _)| *left < 0.0) {
-                let push = d * s.law.force(-left, -d.dot(&w));
+                let push = d * s.along(&d).force(-left, -d.dot(&w));
                 (0..3).for_each(|k| tau[s.v + k] += push[k]);
             }
         }
@@ -195,6 +206,21 @@ struct At<'a> {
     range: &'a SubhingeRange,
     /// 1 / (M⁻¹)ᵢᵢ of its coordinates, the least; `None`: unknown.
     inertia: Option<f64>,
+    /// M⁻¹ of the three rates of a ball.
+    mobility: Option<Mat3>,
+}
+
+/// M⁻¹ of three rates at the kinematics of `ws`; `None` where it is singular.
+fn mobility(tree: &Tree, ws: &mut Workspace, first: usize) -> Option<Mat3> {
+    let mut out = Mat3::zeros();
+    let mut column = vec![0.0; tree.nv()];
+    for k in 0..3 {
+        column.fill(0.0);
+        column[first + k] = 1.0;
+        apply_inverse_mass(tree, ws, &mut column).ok()?;
+        out.set_column(k, &Vec3::from_column_slice(&column[first..first + 3]));
+    }
+    Some(out).filter(|m| m.iter().all(|x| x.is_finite()))
 }
 
 /// The forces of a mechanism's hinges; what of them cannot act is a warning.
@@ -214,8 +240,10 @@ pub(super) fn lower(spec: &MechanismSpec, tree: &Tree, warnings: &mut Vec<Fault>
     };
     for (id, range) in all {
         let least = range.v.clone().map(inertia).reduce(|a, b| Some(a?.min(b?)));
-        let at = At { spec, body: m.get(id).name(), range, inertia: least.flatten() };
         let s = &range.subhinge;
+        let ball = smooth && s.kind == SubhingeKind::Ball && limited(s) && known;
+        let mobility = if ball { mobility(tree, &mut ws, range.v.start) } else { None };
+        let at = At { spec, body: m.get(id).name(), range, inertia: least.flatten(), mobility };
         if s.damping != 0.0 {
             out.damping.extend(range.v.clone().map(|i| (i, s.damping)));
         }
@@ -291,12 +319,16 @@ impl At<'_> {
         };
         self.outside(warnings);
         let returns = s.restitution.map(|e| e * e);
-        let law = StopLaw { stiffness, damping, returns };
         let (q, v) = (self.range.q.start, self.range.v.start);
         if s.kind == SubhingeKind::Ball {
-            out.ball_stops.push(BallStop { q, v, limits: s.ball, law });
+            let usual = !matches!(s.stop, Stop::Soft { .. });
+            let mobility = self.mobility.filter(|_| usual);
+            let unit = if mobility.is_some() { self.inertia.unwrap_or(1.0) } else { 1.0 };
+            let law = StopLaw { stiffness: stiffness / unit, damping, returns };
+            out.ball_stops.push(BallStop { q, v, limits: s.ball, law, mobility });
             return;
         }
+        let law = StopLaw { stiffness, damping, returns };
         let (lower, upper) = (s.limits.lower, s.limits.upper);
         out.stops.push(SoftStop { q, v, lower, upper, law });
     }

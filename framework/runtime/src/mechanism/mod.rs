@@ -13,6 +13,7 @@ mod axle;
 mod block;
 mod branch;
 mod carry;
+mod closing;
 mod gaps;
 mod joints;
 mod loads;

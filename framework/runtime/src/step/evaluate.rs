@@ -255,6 +255,19 @@ impl System for Running<'_> {
         Ok(())
     }
 
+    fn project_change(&mut self, _: f64, x: &[f64], change: &mut [f64]) -> Result<(), Stopped> {
+        let Some(own) = &mut self.stage else {
+            return project_change(self.blocks, self.plan, x, change);
+        };
+        let turning = turning::of(self.plan);
+        own.copy_from_slice(x);
+        turning::leave(turning, own);
+        turning::leave_change(turning, own, change);
+        project_change(self.blocks, self.plan, own, change)?;
+        turning::enter_change(turning, own, change);
+        Ok(())
+    }
+
     fn projects(&self) -> bool {
         !self.plan.manifold.is_empty()
     }
@@ -272,6 +285,19 @@ impl System for Running<'_> {
         }
         Ok(())
     }
+}
+
+/// Removes from a small change of the state the part that a projection would remove.
+fn project_change(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    x: &[f64],
+    change: &mut [f64],
+) -> Result<(), Stopped> {
+    for &k in &plan.manifold {
+        blocks[k as usize].project_change(x, change).map_err(of(k))?;
+    }
+    Ok(())
 }
 
 /// Every state back onto its manifold.

@@ -173,6 +173,9 @@ impl Block for Timed {
     fn project(&mut self, x: &mut [f64]) -> Outcome {
         self.clock(6, |b| b.project(x))
     }
+    fn project_change(&mut self, x: &[f64], change: &mut [f64]) -> Outcome {
+        self.clock(6, |b| b.project_change(x, change))
+    }
     fn retract(&mut self, x: &mut [f64], h: f64) -> Outcome {
         self.clock(7, |b| b.retract(x, h))
     }

@@ -32,6 +32,9 @@ impl System for Held<'_> {
     fn project(&mut self, t: f64, x: &mut [f64]) -> Result<(), Stopped> {
         self.run.project(t, x)
     }
+    fn project_change(&mut self, t: f64, x: &[f64], change: &mut [f64]) -> Result<(), Stopped> {
+        self.run.project_change(t, x, change)
+    }
     fn projects(&self) -> bool {
         self.run.projects()
     }

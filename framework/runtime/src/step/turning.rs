@@ -83,6 +83,31 @@ pub(super) fn enter_rates(turning: &[Turning], x: &[f64], xdot: &mut [f64]) {
     }
 }
 
+impl Turning {
+    /// The rotation (rad, body axes) that a small change of the quaternion in `x` is.
+    fn rotation(&self, x: &[f64], change: &[f64]) -> Vec3 {
+        let (q, d) = (self.quaternion(x), self.quaternion(change));
+        let (a, s, b, t) = (vec3(&q, 0), q[3], vec3(&d, 0), d[3]);
+        (b * s - a * t - a.cross(&b)) * 2.0
+    }
+}
+
+/// Transforms a small change of a state within a step into body axes: δv = Rᵀ δu − δθ × v, with the state `x` in body axes and δθ of its attitude.
+pub(super) fn leave_change(turning: &[Turning], x: &[f64], change: &mut [f64]) {
+    for body in turning {
+        let turned = body.rotation(x, change).cross(&body.linear(x));
+        body.set_linear(change, body.back(x, body.linear(change)) - turned);
+    }
+}
+
+/// Transforms a small change of a state from body axes into the axes of a step; `x` is the state in body axes.
+pub(super) fn enter_change(turning: &[Turning], x: &[f64], change: &mut [f64]) {
+    for body in turning {
+        let turned = body.rotation(x, change).cross(&body.linear(x));
+        body.set_linear(change, body.out(x, body.linear(change) + turned));
+    }
+}
+
 /// What a projection made of a state within a step: `own` is the same in body axes, projected. Velocities that it left alone keep their bits.
 #[inline]
 pub(super) fn enter_projected(turning: &[Turning], own: &mut [f64], x: &mut [f64]) {
@@ -167,6 +192,29 @@ mod tests {
         let off = (vec3(&x, 7) - vec3(&other, 7)).norm();
         assert!(off < 1e-11, "{off}");
         assert!((vec3(&x, 7) - vec3(&start, 7)).norm() > 100.0);
+    }
+
+    /// The changes equal the differences of two states that are transformed.
+    #[test]
+    fn a_small_change_is_that_of_the_state() {
+        let mut x: Vec<f64> = (0..24).map(|k| (f64::from(k) * 0.7).sin()).collect();
+        let of = |x: &[f64]| x[BODY.attitude..BODY.attitude + 4].iter().map(|q| q * q).sum::<f64>();
+        let size = of(&x).sqrt();
+        x[BODY.attitude..BODY.attitude + 4].iter_mut().for_each(|q| *q /= size);
+        let mut change: Vec<f64> = (0..24).map(|k| 1e-7 * (f64::from(k) * 1.3).cos()).collect();
+        // A change of direction alone.
+        let along: f64 = (0..4).map(|k| x[BODY.attitude + k] * change[BODY.attitude + k]).sum();
+        (0..4).for_each(|k| change[BODY.attitude + k] -= along * x[BODY.attitude + k]);
+        let moved: Vec<f64> = x.iter().zip(&change).map(|(x, d)| x + d).collect();
+        let (mut a, mut b, mut own) = (x.clone(), moved, change.clone());
+        leave(&[BODY], &mut a);
+        leave(&[BODY], &mut b);
+        leave_change(&[BODY], &a, &mut own);
+        for k in 0..24 {
+            assert!((b[k] - a[k] - own[k]).abs() < 1e-13, "{k}: {} {}", b[k] - a[k], own[k]);
+        }
+        enter_change(&[BODY], &a, &mut own);
+        assert!(own.iter().zip(&change).all(|(a, b)| (a - b).abs() < 1e-20));
     }
 
     #[test]

@@ -503,6 +503,16 @@ class Collider:
         restitution: float = 0.0,
     ) -> Collider: ...
     @staticmethod
+    def ellipsoid(
+        name: str,
+        body: str,
+        radii: ArrayLike,
+        *,
+        at: ArrayLike | None = None,
+        friction: float = 0.5,
+        restitution: float = 0.0,
+    ) -> Collider: ...
+    @staticmethod
     def capsule(
         name: str,
         body: str,

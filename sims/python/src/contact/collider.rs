@@ -72,6 +72,24 @@ impl Collider {
         let half = 0.5 * vec3(size, "size")?;
         Self::made((name, body), Shape::Box { half }, at, (friction, restitution))
     }
+    /// An ellipsoid about the origin; radii (3,): half axes along x, y, z, m.
+    /// Raises LinkworkError for radii of another shape, and for what is no pose.
+    ///
+    /// >>> linkwork.Collider.ellipsoid("egg", "bob", [0.3, 0.2, 0.1])
+    /// Collider(egg on bob: Ellipsoid { half: [[0.3, 0.2, 0.1]] })
+    #[staticmethod]
+    #[pyo3(signature = (name, body, radii, *, at=None, friction=0.5, restitution=0.0))]
+    fn ellipsoid(
+        name: &str,
+        body: &str,
+        radii: Given<'_, '_>,
+        at: Option<Given<'_, '_>>,
+        friction: f64,
+        restitution: f64,
+    ) -> PyResult<Self> {
+        let half = vec3(radii, "radii")?;
+        Self::made((name, body), Shape::Ellipsoid { half }, at, (friction, restitution))
+    }
     /// All within a radius of a segment of this length on the z axis, about the origin, m. pose: (3,), (7,) or (4, 4).
     /// Raises LinkworkError for what is no pose.
     ///
