@@ -211,8 +211,13 @@ impl CompliantContact {
             while self.points.get(at).is_some_and(|p| key(p) == *pair) {
                 at += 1;
             }
-            let z = Vec3::new(state[0], state[1], state[2]);
             let touching = &self.points[from..at];
+            if touching.is_empty() && state.iter().all(|x| *x == 0.0) {
+                // Most pairs of many machines are far apart. The sign is that of a relaxing bristle.
+                rate.iter_mut().zip(state).for_each(|(rate, x)| *rate = -x);
+                continue;
+            }
+            let z = Vec3::new(state[0], state[1], state[2]);
             let extra = Surfaces::of(&self.colliders, tree, ws, touching);
             let ((z_dot, spin), load) = press(settings, &extra, tree, ws, touching, z, state[3]);
             self.loads.extend(load);

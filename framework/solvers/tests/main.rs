@@ -14,6 +14,7 @@ mod contact_scenes;
 mod dynamics_support;
 mod flexible_loops;
 mod fully_augmented;
+mod heaps;
 mod iftomm;
 mod impacts;
 mod islands;

@@ -16,8 +16,8 @@
 //! direction's end. Converges for W from E Eᵀ without friction; with friction in practice, and is
 //! stopped by its limit where it does not.
 
+use super::lanes::Change;
 use super::layout::Layout;
-use super::local::Block;
 use super::problem::{Cone, Problem};
 use super::residual::{Measure, measure};
 use wide::f64x4;
@@ -41,25 +41,19 @@ pub(crate) struct Stop {
     pub iterations: u32,
     /// Sweeps at least.
     pub least: u32,
-    /// Whether to end when `CHECK` sweeps have not made changes `GAIN` times smaller.
+    /// Whether to end when `CHECK` sweeps have not made changes `GAIN` times smaller. Problems with batches do not end so: a
+    /// sweep costs a thirtieth of one of Newton's steps there.
     pub quit: bool,
 }
 
 /// One sweep in so many looks at every group; the others pass over those that took no impulse when they
 /// were last seen. The measure looks at all.
 const ALL: u32 = 2;
+/// Part of the change at which a sweep is worth measuring, up to which batches are passed over for a while.
+const QUIET: f64 = 0.1;
 /// Sweeps after which progress is looked at, and how much there must be.
 const CHECK: u32 = 48;
 const GAIN: f64 = 2.0;
-
-/// How far a sweep moved, by lanes.
-#[derive(Clone, Copy, Debug, Default)]
-struct Change {
-    /// The largest changes of impulses times their groups' compliance (m/s).
-    most: f64x4,
-    /// Σ w r².
-    square: f64x4,
-}
 
 impl GaussSeidel {
     /// Improves `lambda`; the sweeps used, and the measure of what came out.
@@ -67,51 +61,55 @@ impl GaussSeidel {
         &mut self,
         problem: &Problem,
         layout: &mut Layout,
-        blocks: &mut [Block],
         stop: Stop,
         relaxation: f64,
         lambda: &mut [[f64; 4]],
     ) -> (u32, Measure) {
+        self.r.clear();
         self.r.resize(lambda.len(), [0.0; 4]);
-        self.restart(lambda.len(), layout.y.len());
         layout.pull(lambda);
+        self.restart(lambda.len(), layout);
         let mut last = Measure::default();
         if stop.least.min(stop.iterations) == 0 {
-            last = measure(problem, layout, blocks, lambda);
+            last = measure(problem, layout, lambda);
             if last.residual <= stop.tolerance {
                 return (0, last);
             }
         }
         // Change of a sweep (m/s) below which it is worth measuring.
         let mut small = stop.tolerance * problem.scale;
+        let quit = stop.quit && layout.lanes.is_empty();
         let (mut sweeps, mut square, mut checked) = (0, f64::INFINITY, f64::INFINITY);
         while sweeps < stop.iterations {
             self.before.copy_from_slice(&layout.y);
             let all = sweeps.is_multiple_of(ALL);
-            let change = sweep(problem, layout, blocks, (relaxation, all), lambda, &mut self.r);
+            let pass = Pass { relaxation, all, quiet: QUIET * small };
+            let (change, every) = sweep(problem, layout, &pass, lambda, &mut self.r);
             let most = change.most.to_array().into_iter().fold(0.0, f64::max);
             let moved = change.square.reduce_add();
             sweeps += 1;
             let mut end = sweeps == stop.iterations || moved.is_nan();
-            if stop.quit && sweeps % CHECK == 0 {
+            if quit && sweeps % CHECK == 0 {
                 end |= moved * GAIN * GAIN > checked;
                 checked = moved;
             }
             if end || !(most > small) {
-                last = measure(problem, layout, blocks, lambda);
+                last = measure(problem, layout, lambda);
                 if most > 0.0 {
                     small = 0.5 * small.min(most);
                 }
-                let still = all && most == 0.0;
+                let still = all && every && most == 0.0;
                 if end || still || (last.residual <= stop.tolerance && sweeps >= stop.least) {
                     break;
                 }
+                layout.lanes.wake();
             }
             if relaxation == 1.0 {
                 self.conjugate(layout, lambda, moved / square);
                 square = moved;
             }
         }
+        layout.lanes.store(lambda);
         (sweeps, last)
     }
 
@@ -119,11 +117,13 @@ impl GaussSeidel {
     pub fn reserve(&mut self, groups: usize, dofs: usize) {
         super::room(&mut self.r, groups);
         super::room(&mut self.p, groups);
-        super::room(&mut self.before, dofs.div_ceil(4));
-        super::room(&mut self.q, dofs.div_ceil(4));
+        super::room(&mut self.before, dofs + 2);
+        super::room(&mut self.q, dofs + 2);
     }
 
-    fn restart(&mut self, groups: usize, vectors: usize) {
+    fn restart(&mut self, groups: usize, layout: &mut Layout) {
+        let vectors = layout.y.len();
+        layout.lanes.restart();
         self.p.clear();
         self.p.resize(groups, [0.0; 4]);
         self.q.clear();
@@ -134,10 +134,12 @@ impl GaussSeidel {
     /// Goes on along the direction, and turns it by what the sweep found.
     fn conjugate(&mut self, layout: &mut Layout, lambda: &mut [[f64; 4]], beta: f64) {
         if !(beta <= 1.0) {
-            self.restart(lambda.len(), layout.y.len());
+            self.restart(lambda.len(), layout);
             return;
         }
-        for ((l, p), r) in lambda.iter_mut().zip(&mut self.p).zip(&self.r) {
+        layout.lanes.conjugate(beta);
+        for g in layout.singles() {
+            let (l, p, r) = (&mut lambda[g], &mut self.p[g], &self.r[g]);
             for k in 0..4 {
                 let along = beta * p[k];
                 l[k] += along;
@@ -152,41 +154,50 @@ impl GaussSeidel {
     }
 }
 
-/// One sweep, over all groups or those that did not rest at 0; `r` is what it changed.
+/// How a sweep is made.
+struct Pass {
+    relaxation: f64,
+    /// Whether single groups that rested at 0 are looked at too.
+    all: bool,
+    /// Change of an impulse times its compliance (m/s) up to which a batch counts as quiet.
+    quiet: f64,
+}
+
+/// One sweep; `r` is what it changed. Returns also whether every batch was looked at.
 fn sweep(
     problem: &Problem,
     layout: &mut Layout,
-    blocks: &mut [Block],
-    (relaxation, all): (f64, bool),
+    pass: &Pass,
     lambda: &mut [[f64; 4]],
     r: &mut [[f64; 4]],
-) -> Change {
+) -> (Change, bool) {
+    let Pass { relaxation, all, quiet } = *pass;
     let mut change = Change::default();
-    let (rows, y) = layout.parts();
-    let groups = rows.zip(blocks).zip(lambda).zip(r).zip(problem.cones);
-    for ((((rows, block), lambda), r), cone) in groups {
+    let every = layout.sweep_lanes(relaxation, quiet, &mut change);
+    layout.each(|g, block, rows, y| {
+        let (lambda, r) = (&mut lambda[g], &mut r[g]);
         if block.rests && !all && *lambda == [0.0; 4] {
-            continue;
+            return;
         }
         let l = f64x4::new(*lambda);
         let mut new = block.solve(l, block.velocity(rows.gathered(y), l));
         if relaxation != 1.0 {
             let relaxed = (new - l).mul_add(f64x4::splat(relaxation), l);
-            new = f64x4::new(projected(cone, relaxed.to_array()));
+            new = f64x4::new(projected(&problem.cones[g], relaxed.to_array()));
         }
         let (step, scale) = (new - l, f64x4::splat(block.scale));
         *r = step.to_array();
         block.rests = *r == [0.0; 4];
         if block.rests {
-            continue;
+            return;
         }
         rows.spread(step, y);
         let moved = scale * step;
         change.most = change.most.fast_max(moved.abs());
         change.square = moved.mul_add(step, change.square);
         *lambda = new.to_array();
-    }
-    change
+    });
+    (change, every)
 }
 
 /// The impulse with its normal part made positive and the rest brought within its bound.

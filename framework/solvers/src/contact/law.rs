@@ -8,14 +8,13 @@
 //!    H_tn = μ u / dn,   H_tt = (μ zn / |zt|) (1 − u uᵀ) / dt;   spinning H_sn = ± μs / dn
 //! ```
 
-use super::local::Block;
 use super::problem::{Cone, Problem};
 
 /// z and d of a group.
 #[inline(always)]
 pub(crate) fn pulled(
     problem: &Problem,
-    blocks: &[Block],
+    scales: &[f64],
     rho: f64,
     center: &[[f64; 4]],
     g: usize,
@@ -24,7 +23,7 @@ pub(crate) fn pulled(
     let (soft, rows) = (problem.soft(g), problem.cones[g].rows());
     let (v, b) = (problem.gathered(g, y), &problem.b[g]);
     // A row that nothing can move still needs a weight: any, since it cannot act.
-    let base = if blocks[g].scale > 0.0 { rho * blocks[g].scale } else { 1.0 };
+    let base = if scales[g] > 0.0 { rho * scales[g] } else { 1.0 };
     let mut d = soft.map(|r| r + base);
     if rows >= 3 && !matches!(problem.cones[g], Cone::Equality { .. }) {
         let most = d[1].max(d[2]);

@@ -5,15 +5,29 @@
 //! group   vectors of y it meets: k₁ … k_n;    n × rows vectors of E, 0 where it has no entry
 //! E_g y = Σ row · y_k,   y_k += Σ λ row       2 × rows × n multiplications of vectors
 //! ```
-//! A body that is free meets two, a chain a quarter of its degrees of freedom.
+//! A body that is free meets two, a chain a quarter of its degrees of freedom. Where there are many contacts between
+//! free bodies, they are solved in batches of four instead (lanes/mod.rs), and every cluster of degrees of freedom has
+//! vectors of its own.
 
+use super::lanes::{Change, Colours, Lanes, NONE};
+use super::local::Block;
 use super::problem::Problem;
 use wide::f64x4;
 
 /// E and y of a problem; keeps its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layout {
+    /// Groups that are solved one by one, and their local solutions.
     groups: Vec<Region>,
+    blocks: Vec<Block>,
+    /// The others.
+    pub lanes: Lanes,
+    colours: Colours,
+    /// First vector of y of each cluster, where there are batches, and the place in y of each degree of freedom.
+    vector: Vec<u32>,
+    place: Vec<u32>,
+    /// Scale of the compliance of each group: trace of W divided by the number of rows.
+    pub scales: Vec<f64>,
     at: Vec<u32>,
     e: Vec<f64x4>,
     /// Eᵀ λ.
@@ -24,6 +38,7 @@ pub(crate) struct Layout {
 /// Where a group's vectors are.
 #[derive(Clone, Copy, Debug)]
 struct Region {
+    group: usize,
     at: usize,
     n: usize,
     e: usize,
@@ -42,25 +57,72 @@ impl Layout {
     /// From a problem. O(entries).
     pub fn set(&mut self, problem: &Problem) {
         self.groups.clear();
+        self.blocks.clear();
         self.at.clear();
         self.e.clear();
+        self.scales.clear();
+        self.scales.resize(problem.groups(), 0.0);
         self.dofs = problem.factor.dofs;
-        self.y.clear();
-        self.y.resize(self.dofs.div_ceil(4), f64x4::splat(0.0));
-        for (g, cone) in problem.cones.iter().enumerate() {
-            let (dof, e) = problem.entries(g);
-            let place = Region { at: self.at.len(), n: 0, e: self.e.len(), rows: cone.rows() };
-            let (mut k, mut lanes) = (u32::MAX, [[0.0; 4]; 4]);
-            for (d, e) in dof.iter().zip(e) {
-                if d / 4 != k {
-                    self.close(k, &lanes, place.rows);
-                    (k, lanes) = (d / 4, [[0.0; 4]; 4]);
-                }
-                lanes[(d % 4) as usize] = *e;
+        self.place.clear();
+        if self.colours.set(problem) {
+            let vectors = self.pad();
+            self.clear_y(vectors + 2);
+            let of = |c: u32| if c == NONE { vectors } else { self.vector[c as usize] };
+            self.lanes.set(problem, &self.colours, of, &mut self.scales);
+            for i in 0..self.colours.singles.len() {
+                self.add(problem, self.colours.singles[i] as usize);
             }
-            self.close(k, &lanes, place.rows);
-            self.groups.push(Region { n: self.at.len() - place.at, ..place });
+        } else {
+            self.lanes.clear();
+            self.clear_y(self.dofs.div_ceil(4) as u32);
+            self.place.extend(0..self.dofs as u32);
+            for g in 0..problem.groups() {
+                self.add(problem, g);
+            }
         }
+    }
+
+    fn clear_y(&mut self, vectors: u32) {
+        self.y.clear();
+        self.y.resize(vectors as usize, f64x4::splat(0.0));
+    }
+
+    /// Gives each cluster vectors of its own; returns their number.
+    fn pad(&mut self) -> u32 {
+        let mut end = 0;
+        self.vector.clear();
+        for size in self.colours.sizes() {
+            self.vector.push(end);
+            self.place.extend(4 * end..4 * end + size);
+            end += size.div_ceil(4);
+        }
+        end
+    }
+
+    /// Adds a group that is solved by itself.
+    fn add(&mut self, problem: &Problem, g: usize) {
+        let (dof, e) = problem.entries(g);
+        let rows = problem.cones[g].rows();
+        let region = Region { group: g, at: self.at.len(), n: 0, e: self.e.len(), rows };
+        let (mut k, mut lanes) = (u32::MAX, [[0.0; 4]; 4]);
+        for (d, e) in dof.iter().zip(e) {
+            let d = self.place[*d as usize];
+            if d / 4 != k {
+                self.close(k, &lanes, rows);
+                (k, lanes) = (d / 4, [[0.0; 4]; 4]);
+            }
+            lanes[(d % 4) as usize] = *e;
+        }
+        self.close(k, &lanes, rows);
+        self.groups.push(Region { n: self.at.len() - region.at, ..region });
+        let block = Block::new(problem, g, self.rows(self.groups.len() - 1).compliance());
+        self.scales[g] = block.scale;
+        self.blocks.push(block);
+    }
+
+    /// False when a compliance overflows or is not a number.
+    pub fn is_finite(&self) -> bool {
+        self.blocks.iter().fold(true, |fine, b| fine & b.is_finite()) & self.lanes.is_finite()
     }
 
     /// Adds a vector of a group: its four degrees of freedom by rows.
@@ -80,55 +142,56 @@ impl Layout {
     /// Allocates for the given numbers of groups, entries and degrees of freedom.
     pub fn reserve(&mut self, groups: usize, entries: usize, dofs: usize) {
         super::room(&mut self.groups, groups);
+        super::room(&mut self.blocks, groups);
+        super::room(&mut self.scales, groups);
         super::room(&mut self.at, entries);
         super::room(&mut self.e, 4 * entries);
-        super::room(&mut self.y, dofs.div_ceil(4));
+        super::room(&mut self.place, dofs);
+        super::room(&mut self.vector, dofs);
+        // A cluster of one degree of freedom has a vector to itself, and batches need two that stay 0.
+        super::room(&mut self.y, dofs + 2);
+        self.lanes.reserve(groups);
+        self.colours.reserve(groups, dofs);
     }
 
-    fn rows(&self, g: usize) -> Rows<'_> {
-        let Region { at, n, e, rows } = self.groups[g];
+    fn rows(&self, i: usize) -> Rows<'_> {
+        let Region { at, n, e, rows, .. } = self.groups[i];
         Rows { at: &self.at[at..at + n], e: &self.e[e..e + n * rows], rows }
     }
 
-    /// The rows of each group in order, and y.
-    #[inline(always)]
-    pub fn parts(&mut self) -> (impl Iterator<Item = Rows<'_>>, &mut [f64x4]) {
-        let rows = self.groups.iter().map(|p| {
-            let (at, e) = (&self.at[p.at..p.at + p.n], &self.e[p.e..p.e + p.n * p.rows]);
-            Rows { at, e, rows: p.rows }
-        });
-        (rows, &mut self.y)
+    /// Groups that are solved one by one.
+    pub fn singles(&self) -> impl Iterator<Item = usize> {
+        self.groups.iter().map(|p| p.group)
     }
 
-    /// Calls `f` with each group, its rows and y, in order; what `f` does to y is kept.
+    /// Calls `f` with each group that is solved by itself, its block, its rows and y; what `f` does to y is kept.
     #[inline(always)]
-    pub fn each(&mut self, mut f: impl FnMut(usize, Rows<'_>, &mut [f64x4])) {
-        let (rows, y) = self.parts();
-        for (g, rows) in rows.enumerate() {
-            f(g, rows, y);
+    pub fn each(&mut self, mut f: impl FnMut(usize, &mut Block, Rows<'_>, &mut [f64x4])) {
+        for (p, block) in self.groups.iter().zip(&mut self.blocks) {
+            let (at, e) = (&self.at[p.at..p.at + p.n], &self.e[p.e..p.e + p.n * p.rows]);
+            f(p.group, block, Rows { at, e, rows: p.rows }, &mut self.y);
         }
+    }
+
+    /// Sweeps over the batches (see [`Lanes::sweep`]).
+    pub fn sweep_lanes(&mut self, relaxation: f64, quiet: f64, change: &mut Change) -> bool {
+        self.lanes.sweep(relaxation, quiet, &mut self.y, change)
     }
 
     /// y = Eᵀ λ.
     pub fn pull(&mut self, lambda: &[[f64; 4]]) {
         self.y.fill(f64x4::splat(0.0));
-        self.each(|g, rows, y| {
+        self.lanes.pull(lambda, &mut self.y);
+        self.each(|g, _, rows, y| {
             if lambda[g] != [0.0; 4] {
                 rows.spread(f64x4::new(lambda[g]), y);
             }
         });
     }
 
-    /// Calls `f` with each group and its E_g E_gᵀ.
-    pub fn each_compliance(&self, mut f: impl FnMut(usize, [[f64; 4]; 4])) {
-        for g in 0..self.groups.len() {
-            f(g, self.rows(g).compliance());
-        }
-    }
-
     /// y by degrees of freedom.
     pub fn pulled(&self) -> impl Iterator<Item = f64> {
-        self.y.iter().flat_map(|y| y.to_array()).take(self.dofs)
+        self.place.iter().map(|d| self.y[*d as usize / 4].as_array()[*d as usize % 4])
     }
 }
 
@@ -255,13 +318,14 @@ mod tests {
         let pulled = |l: &Layout| l.pulled().collect::<Vec<f64>>();
         near(&pulled(&layout), &y);
         let mut seen = 0;
-        layout.each(|g, rows, now| {
+        layout.each(|g, _, rows, now| {
             assert_eq!(g, seen);
             seen += 1;
             near(&rows.gathered(now).to_array(), &problem.gathered(g, &y));
         });
         assert_eq!(seen, cones.len());
-        layout.each_compliance(|g, W| {
+        layout.each(|g, _, rows, _| {
+            let W = rows.compliance();
             for i in 0..4 {
                 let row: [f64; 4] =
                     std::array::from_fn(|j| problem.entries(g).1.iter().map(|e| e[i] * e[j]).sum());
@@ -269,7 +333,7 @@ mod tests {
             }
         });
         // What one group does to y the next one sees.
-        layout.each(|g, rows, y| rows.spread(f64x4::new(lambda[g]), y));
+        layout.each(|g, _, rows, y| rows.spread(f64x4::new(lambda[g]), y));
         near(&pulled(&layout), &y.iter().map(|y| 2.0 * y).collect::<Vec<f64>>());
     }
 }

@@ -58,11 +58,11 @@ struct Axes {
 }
 
 /// Relative size below which a compliance counts as none.
-const NONE: f64 = 1e-13;
+pub(super) const NONE: f64 = 1e-13;
 /// Steps for α: Newton takes 2 to 5, bisection alone fewer than this.
-const STEPS: usize = 60;
+pub(super) const STEPS: usize = 60;
 /// |g − 1| from which one step of Newton is enough for a sweep.
-const NEAR: f64 = 1e-3;
+pub(super) const NEAR: f64 = 1e-3;
 
 impl Block {
     /// Of group g, from E_g E_gᵀ.

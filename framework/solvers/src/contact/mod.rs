@@ -10,7 +10,7 @@
 //!
 //! | method | for |
 //! |---|---|
-//! | projected Gauss–Seidel, local solutions exact (gauss_seidel.rs, local.rs) | warm starts, small systems, moderate accuracy |
+//! | projected Gauss–Seidel, local solutions exact (gauss_seidel.rs, local.rs; lanes/mod.rs for many free bodies) | warm starts, small systems, moderate accuracy |
 //! | semismooth Newton with proximal steps (newton.rs) | large or ill-conditioned systems, 1e-10 |
 //! | Lemke with polyhedral friction (lemke.rs) | small systems, and where the others find nothing |
 #![allow(non_snake_case)]
@@ -18,6 +18,7 @@
 mod dense;
 mod error;
 mod gauss_seidel;
+mod lanes;
 mod law;
 mod layout;
 mod lemke;
@@ -37,7 +38,6 @@ pub use residual::Measure;
 use gauss_seidel::{GaussSeidel, Stop};
 use layout::Layout;
 use lemke::Lemke;
-use local::Block;
 use newton::Newton;
 
 /// How to solve.
@@ -110,7 +110,6 @@ pub struct Report {
 pub struct Contact {
     /// May be changed between problems.
     pub settings: Settings,
-    blocks: Vec<Block>,
     sweeps: GaussSeidel,
     newton: Newton,
     lemke: Lemke,
@@ -138,11 +137,8 @@ impl Contact {
         lambda: &mut [[f64; 4]],
     ) -> Result<Report, ContactError> {
         self.check(problem, lambda)?;
-        self.blocks.clear();
         self.layout.set(problem);
-        let blocks = &mut self.blocks;
-        self.layout.each_compliance(|g, W| blocks.push(Block::new(problem, g, W)));
-        if !self.blocks.iter().fold(true, |fine, b| fine & b.is_finite()) {
+        if !self.layout.is_finite() {
             return Err(ContactError::Overflow);
         }
         self.trial.clear();
@@ -167,7 +163,6 @@ impl Contact {
 
     /// Allocates for problems up to the given numbers of groups, entries and degrees of freedom.
     pub(crate) fn reserve(&mut self, groups: usize, entries: usize, dofs: usize) {
-        room(&mut self.blocks, groups);
         room(&mut self.trial, groups);
         room(&mut self.kept, groups);
         self.layout.reserve(groups, entries, dofs);
@@ -224,14 +219,8 @@ impl Contact {
     fn gauss_seidel(&mut self, problem: &Problem, quit: bool) -> Report {
         let Settings { tolerance, sweeps, least, relaxation, .. } = self.settings;
         let stop = Stop { tolerance, iterations: sweeps, least, quit };
-        let (iterations, measure) = self.sweeps.solve(
-            problem,
-            &mut self.layout,
-            &mut self.blocks,
-            stop,
-            relaxation,
-            &mut self.trial,
-        );
+        let (iterations, measure) =
+            self.sweeps.solve(problem, &mut self.layout, stop, relaxation, &mut self.trial);
         self.report(Method::GaussSeidel, iterations, measure)
     }
 
@@ -240,7 +229,7 @@ impl Contact {
         let stop = Stop { tolerance, iterations: steps, least: 0, quit: false };
         let (iterations, measure) = self.newton.solve(
             problem,
-            (&mut self.layout, &mut self.blocks),
+            &mut self.layout,
             &mut self.sweeps,
             stop,
             lead,
@@ -253,7 +242,7 @@ impl Contact {
     fn polyhedral(&mut self, problem: &Problem) -> Report {
         let pivots = self.lemke.solve(problem, self.settings.directions, &mut self.trial);
         self.layout.pull(&self.trial);
-        let measure = residual::measure(problem, &mut self.layout, &self.blocks, &self.trial);
+        let measure = residual::measure(problem, &mut self.layout, &self.trial);
         let report = self.report(Method::Lemke, pivots.unwrap_or(0), measure);
         Report { failure: pivots.err(), ..report }
     }

@@ -27,7 +27,6 @@ use super::dense::solve_lu;
 use super::gauss_seidel::{GaussSeidel, Stop};
 use super::law::{pulled, slope};
 use super::layout::Layout;
-use super::local::Block;
 use super::problem::{Problem, axpy4, dot4};
 use super::residual::{Measure, measure};
 use super::sparse::Sparse;
@@ -81,7 +80,7 @@ impl Newton {
     pub fn solve(
         &mut self,
         problem: &Problem,
-        (layout, blocks): (&mut Layout, &mut [Block]),
+        layout: &mut Layout,
         sweeps: &mut GaussSeidel,
         stop: Stop,
         lead: u32,
@@ -89,18 +88,18 @@ impl Newton {
     ) -> (u32, Measure) {
         self.reserve(problem);
         let (lead, few) = (Stop { iterations: lead, ..stop }, Stop { iterations: SWEEPS, ..stop });
-        let (_, mut best) = sweeps.solve(problem, layout, blocks, lead, 1.0, lambda);
+        let (_, mut best) = sweeps.solve(problem, layout, lead, 1.0, lambda);
         self.start(layout);
         self.best.copy_from_slice(lambda);
         let mut rho = (START * best.residual).clamp(10.0 * LAST, FIRST);
         let (mut steps, mut stale, mut last) = (0, 0, best);
         while steps < stop.iterations && !(best.residual <= stop.tolerance) && stale < STALE {
             let limit = (stop.iterations - steps).min(INNER);
-            let (used, solved) = self.proximal(problem, blocks, rho, limit, lambda);
+            let (used, solved) = self.proximal(problem, &layout.scales, rho, limit, lambda);
             steps += used.max(1);
             std::mem::swap(&mut self.lambda, &mut self.center);
             layout.pull(&self.center);
-            let now = measure(problem, layout, blocks, &self.center);
+            let now = measure(problem, layout, &self.center);
             self.start(layout);
             if solved || now.residual < best.residual {
                 lambda.copy_from_slice(&self.center);
@@ -111,7 +110,7 @@ impl Newton {
             self.keep(&mut best, &now, lambda);
             if !solved {
                 rho = (10.0 * rho).min(1.0);
-                (_, last) = sweeps.solve(problem, layout, blocks, few, 1.0, lambda);
+                (_, last) = sweeps.solve(problem, layout, few, 1.0, lambda);
                 self.start(layout);
                 self.keep(&mut best, &last, lambda);
             } else if used <= EASY && stale < EASY {
@@ -175,14 +174,14 @@ impl Newton {
     fn proximal(
         &mut self,
         problem: &Problem,
-        blocks: &[Block],
+        scales: &[f64],
         rho: f64,
         limit: u32,
         center: &[[f64; 4]],
     ) -> (u32, bool) {
         let mut size = residual(
             problem,
-            blocks,
+            scales,
             rho,
             center,
             &self.y,
@@ -193,7 +192,7 @@ impl Newton {
             if close || !(size.G > NOISE * size.total) {
                 return (steps, true);
             }
-            self.jacobian(problem, blocks, rho, center);
+            self.jacobian(problem, scales, rho, center);
             if !self.direction(problem) {
                 return (steps + 1, false);
             }
@@ -204,7 +203,7 @@ impl Newton {
                     *x = self.y[k] + t * self.step[k];
                 }
                 let out = Out::new(&mut self.lambda, &mut self.G);
-                let now = residual(problem, blocks, rho, center, &self.trial, out);
+                let now = residual(problem, scales, rho, center, &self.trial, out);
                 if now.G < (1.0 - 1e-4 * t) * size.G {
                     (size, falls) = (now, true);
                     break;
@@ -213,7 +212,7 @@ impl Newton {
             }
             if !falls {
                 let out = Out::new(&mut self.lambda, &mut self.G);
-                residual(problem, blocks, rho, center, &self.y, out);
+                residual(problem, scales, rho, center, &self.y, out);
                 return (steps + 1, false);
             }
             std::mem::swap(&mut self.y, &mut self.trial);
@@ -224,10 +223,10 @@ impl Newton {
 
 impl Newton {
     /// H of each group at y, and which groups have one.
-    fn jacobian(&mut self, problem: &Problem, blocks: &[Block], rho: f64, center: &[[f64; 4]]) {
+    fn jacobian(&mut self, problem: &Problem, scales: &[f64], rho: f64, center: &[[f64; 4]]) {
         self.active.clear();
         for (g, cone) in problem.cones.iter().enumerate() {
-            let (z, d) = pulled(problem, blocks, rho, center, g, &self.y);
+            let (z, d) = pulled(problem, scales, rho, center, g, &self.y);
             self.H[g] = slope(cone, &z, &d);
             if self.H[g] != [[0.0; 4]; 4] {
                 self.active.push(g);
@@ -376,7 +375,7 @@ struct Sizes {
 /// λ(y), G(y) and their sizes.
 fn residual(
     problem: &Problem,
-    blocks: &[Block],
+    scales: &[f64],
     rho: f64,
     center: &[[f64; 4]],
     y: &[f64],
@@ -385,12 +384,12 @@ fn residual(
     out.G.copy_from_slice(y);
     let (mut moved, mut total) = (0.0, 0.0);
     for (g, cone) in problem.cones.iter().enumerate() {
-        let (z, _) = pulled(problem, blocks, rho, center, g, y);
+        let (z, _) = pulled(problem, scales, rho, center, g, y);
         out.lambda[g] = super::gauss_seidel::projected(cone, z);
         problem.scatter(g, &out.lambda[g].map(|x| -x), out.G);
         let step: [f64; 4] = std::array::from_fn(|k| out.lambda[g][k] - center[g][k]);
-        moved += blocks[g].scale * dot4(&step, &step);
-        total += blocks[g].scale * dot4(&out.lambda[g], &out.lambda[g]);
+        moved += scales[g] * dot4(&step, &step);
+        total += scales[g] * dot4(&out.lambda[g], &out.lambda[g]);
     }
     Sizes { G: squared(out.G), moved: rho * rho * moved, total }
 }

@@ -16,7 +16,6 @@
 //! else the largest |b|, or 1 when all are 0; residual × velocity is in m/s.
 
 use super::layout::Layout;
-use super::local::Block;
 use super::problem::{Cone, Problem};
 use wide::f64x4;
 
@@ -35,26 +34,28 @@ pub struct Measure {
     pub velocity: f64,
 }
 
-/// Measures `lambda`, whose Eᵀ λ is `layout.y`. O(entries).
-pub(crate) fn measure(
-    problem: &Problem,
-    layout: &mut Layout,
-    blocks: &[Block],
-    lambda: &[[f64; 4]],
-) -> Measure {
+/// Measures `lambda`, whose Eᵀ λ is `layout.y` and which the batches of `layout` have too. O(entries).
+pub(crate) fn measure(problem: &Problem, layout: &mut Layout, lambda: &[[f64; 4]]) -> Measure {
     let (mut residual, mut work, mut violation, mut impulse) = (0.0, 0.0, 0.0, 0.0f64);
-    layout.each(|g, rows, y| {
+    layout.each(|g, block, rows, y| {
         let (cone, l) = (&problem.cones[g], &lambda[g]);
-        let v = blocks[g].velocity(rows.gathered(y), f64x4::new(*l)).to_array();
+        let v = block.velocity(rows.gathered(y), f64x4::new(*l)).to_array();
         for x in l {
             impulse = impulse.max(x.abs());
         }
-        for x in natural(cone, blocks[g].scale, l, &v) {
+        for x in natural(cone, block.scale, l, &v) {
             larger(&mut residual, x);
         }
         larger(&mut work, idle_work(cone, l, &v));
         larger(&mut violation, outside(cone, l));
     });
+    if !layout.lanes.is_empty() {
+        let worst = layout.lanes.measure(&layout.y);
+        larger(&mut residual, worst.natural);
+        larger(&mut work, worst.work);
+        larger(&mut violation, worst.violation);
+        impulse = impulse.max(worst.impulse);
+    }
     let impulse = if impulse > 0.0 { impulse } else { 1.0 };
     Measure {
         residual: residual / problem.scale,
@@ -100,7 +101,7 @@ fn coulomb(friction: f64, p: &[f64; 4], v: &[f64; 4]) -> [f64; 4] {
 }
 
 /// λ·v and the work that friction rightly takes out: 0 at a solution.
-fn idle_work(cone: &Cone, l: &[f64; 4], v: &[f64; 4]) -> f64 {
+pub(crate) fn idle_work(cone: &Cone, l: &[f64; 4], v: &[f64; 4]) -> f64 {
     let slide = l[1] * v[1] + l[2] * v[2];
     let speed = (v[1] * v[1] + v[2] * v[2]).sqrt();
     match *cone {
@@ -116,7 +117,7 @@ fn idle_work(cone: &Cone, l: &[f64; 4], v: &[f64; 4]) -> f64 {
 }
 
 /// How far an impulse is outside what its cone can give; 0 inside.
-fn outside(cone: &Cone, l: &[f64; 4]) -> f64 {
+pub(crate) fn outside(cone: &Cone, l: &[f64; 4]) -> f64 {
     let tangent = (l[1] * l[1] + l[2] * l[2]).sqrt();
     let most = match *cone {
         Cone::Equality { .. } => 0.0,

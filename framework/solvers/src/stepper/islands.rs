@@ -187,6 +187,9 @@ impl Islands {
     /// Groups and rates by island, each in ascending order.
     fn sort(&mut self) {
         let (islands, groups) = (self.count, self.of_group.len());
+        // A step may have more islands than any before it, though no more nodes.
+        room(&mut self.first, self.nodes + 2);
+        room(&mut self.first_rate, self.nodes + 2);
         self.first.clear();
         self.first.resize(islands + 1, 0);
         self.of_group.iter().for_each(|i| self.first[*i as usize + 1] += 1);
