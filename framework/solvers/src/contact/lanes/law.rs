@@ -224,13 +224,13 @@ fn root(at: impl Fn(f64x4) -> Trial, guess: f64x4, stiff: f64x4, which: f64x4) -
     let (mut alpha, mut trial, mut active) = (guess, at(guess), which);
     for _ in 0..STEPS {
         let off = trial.g - one;
-        active = active & off.abs().simd_lt(far);
+        active &= off.abs().simd_lt(far);
         let below = off.simd_lt(splat(0.0));
         low = below.bitselect(alpha, low);
         high = below.bitselect(high, alpha);
         let newton = alpha - off / trial.slope;
         let good = trial.slope.simd_gt(splat(0.0)) & newton.simd_gt(low) & newton.simd_lt(high);
-        active = active & (good | off.abs().simd_gt(splat(4.0 * f64::EPSILON)));
+        active &= good | off.abs().simd_gt(splat(4.0 * f64::EPSILON));
         if !active.any() {
             break;
         }
@@ -242,7 +242,7 @@ fn root(at: impl Fn(f64x4) -> Trial, guess: f64x4, stiff: f64x4, which: f64x4) -
         let near =
             off.abs().simd_lt(splat(NEAR)) & (next.g - one).abs().simd_lt(splat(0.1) * off.abs());
         trial = Trial::chosen(active, &next, &trial);
-        active = active & !near;
+        active &= !near;
         if !active.any() {
             break;
         }
