@@ -128,18 +128,27 @@ fn farthest(
         let found = points.iter().filter(|p| may(p)).min_by_key(|p| p.name);
         found.map(|p| p.name)
     };
-    let mut names: Vec<u64> = first(&deep).into_iter().collect();
+    let (mut names, mut count) = ([u64::MAX; DIRECTIONS + 1], 0);
+    let mut keep = |name: Option<u64>| {
+        let Some(name) = name.filter(|name| !names[..count].contains(name)) else { return };
+        (names[count], count) = (name, count + 1);
+    };
+    keep(first(&deep));
     let slack = 1e-3 * far.sqrt() * x.norm();
     for k in 0..DIRECTIONS {
         let (sin, cos) = (std::f64::consts::TAU * k as f64 / DIRECTIONS as f64).sin_cos();
         let along = x * cos + y * sin;
         let most = points.iter().map(|p| p.pb.dot(&along)).fold(f64::NEG_INFINITY, f64::max);
-        names.extend(first(&|p| p.pb.dot(&along) >= most - slack));
+        keep(first(&|p| p.pb.dot(&along) >= most - slack));
     }
-    names.sort_unstable();
-    names.dedup();
-    points.sort_unstable_by_key(|p| (names.binary_search(&p.name).is_err(), p.name));
-    names.len()
+    let mut front = 0;
+    for i in 0..points.len() {
+        if names[..count].contains(&points[i].name) {
+            points.swap(front, i);
+            front += 1;
+        }
+    }
+    front
 }
 
 /// Of points on a line: its ends, and one of the deepest when they are not among those.
