@@ -262,7 +262,7 @@ fn folder() -> tempfile::TempDir {
     dir
 }
 
-fn load(dir: &Path, name: &str, text: &str) -> Result<Loaded, Failure> {
+pub(crate) fn load(dir: &Path, name: &str, text: &str) -> Result<Loaded, Failure> {
     std::fs::write(dir.join(name), text).unwrap();
     let catalogue = catalogue();
     load_file(dir.join(name), &Options::new(&catalogue))
@@ -681,97 +681,4 @@ fn moments_that_no_body_has_are_told_or_refused() {
     let positive =
         import(", inertia_check: PositiveMoments").err().expect("a moment is below zero");
     assert!(positive.to_string().contains("link `finger`"), "{positive}");
-}
-
-/// Genesis #3267, MuJoCo #2444: bit masks and exclusions of an MJCF file. MuJoCo 4.0 has contacts of the floor alone.
-#[test]
-fn bit_masks_and_exclusions_of_a_file_say_who_meets_whom() {
-    let text = r#"<mujoco><default><geom contype="1" conaffinity="0"/></default><worldbody>
-        <geom name="floor" type="plane" size="5 5 0.1" contype="0" conaffinity="1" friction="0.05"/>
-        <body name="a"><freejoint/><geom name="ga" size="0.1"/></body><body name="b"><freejoint/><geom name="gb" size="0.1"/></body>
-        <body name="c"><freejoint/><geom name="gc" size="0.1" conaffinity="1"/></body>
-        <body name="d"><freejoint/><geom name="gd" size="0.1" conaffinity="1"/></body></worldbody>
-        <contact><exclude body1="c" body2="d"/></contact></mujoco>"#;
-    let catalogue = catalogue();
-    let options = Options::new(&catalogue).embed("m.xml", text);
-    let sim = "Simulation(bodies: { \"crate\": (parent: \"world\", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), collide: true, name: \"own\")]) },
-        contact: (), import: (file: \"m.xml\", collide: true))";
-    let loaded = load_text("s.ron", sim, &options).unwrap_or_else(|f| panic!("{f}"));
-    let again = load_text("r.ron", &loaded.resolved, &options).unwrap_or_else(|f| panic!("{f}"));
-    for loaded in [&loaded, &again] {
-        let all = loaded.colliders.as_ref().unwrap();
-        let meet = |a: &str, b: &str| {
-            // What collides has the name after what is shown.
-            let find = |n: &str| all.find(&format!("{n}_")).or(all.find(n));
-            let [a, b] = [a, b].map(|n| find(n).unwrap_or_else(|| panic!("{n}")));
-            all.meet(a, b)
-        };
-        for (a, b, expected) in [
-            ("floor", "a/ga", true),
-            ("a/ga", "b/gb", false),
-            ("a/ga", "c/gc", true),
-            ("floor", "c/gc", true),
-            ("c/gc", "d/gd", false),
-            // Shapes that the file does not know have the usual masks.
-            ("a/ga", "crate/own", true),
-            ("crate/own", "floor", true),
-        ] {
-            assert_eq!((meet(a, b), meet(b, a)), (expected, expected), "{a} {b}");
-        }
-        assert_eq!(all.spec(all.find("floor").unwrap()).material.friction, 0.05);
-        assert_eq!(all.spec(all.find("a/ga_").unwrap()).material.friction, 1.0);
-    }
-}
-
-#[test]
-fn an_assembly_says_which_of_its_pairs_do_not_meet() {
-    let text = |ignore: &str| {
-        format!(
-            "Simulation(contact: (), {ignore} bodies: {{
-              \"a\": (parent: \"world\", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), collide: true, name: \"s\")]),
-              \"b\": (parent: \"world\", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), collide: true, name: \"s\")]) }})"
-        )
-    };
-    let catalogue = catalogue();
-    let options = Options::new(&catalogue);
-    let meet = |ignore: &str| {
-        let loaded = load_text("s.ron", &text(ignore), &options).unwrap_or_else(|f| panic!("{f}"));
-        let all = loaded.colliders.as_ref().unwrap();
-        all.meet(all.find("a/s").unwrap(), all.find("b/s").unwrap())
-    };
-    assert!(meet(""));
-    assert!(!meet("ignore: [[\"a\", \"b\"]],"));
-    let wrong = load_text("s.ron", &text("ignore: [[\"a\", \"c\"]],"), &options);
-    assert!(wrong.err().unwrap().to_string().contains('c'));
-}
-
-/// bullet3 #1109, drake #7725: COLLADA, and files that are no mesh, among the visuals of a robot.
-#[test]
-fn meshes_that_cannot_be_shown_are_warnings_of_an_import() {
-    let dir = tempfile::tempdir().unwrap();
-    let dae = r##"<COLLADA><asset/><library_geometries><geometry id="g"><mesh><source id="p"><float_array>0 0 0 1 0 0 0 1 0 0 0 1</float_array></source><vertices><input semantic="POSITION" source="#p"/></vertices><triangles><input semantic="VERTEX" offset="0"/><p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles></mesh></geometry></library_geometries></COLLADA>"##;
-    std::fs::write(dir.path().join("tri.dae"), dae).unwrap();
-    std::fs::write(dir.path().join("broken.dae"), "no mesh").unwrap();
-    let visual = |file: &str| {
-        format!(
-            "<visual><geometry><mesh filename=\"{file}\"/></geometry></visual><collision><geometry><mesh filename=\"{file}\"/></geometry></collision>"
-        )
-    };
-    let robot = format!(
-        "<robot name=\"r\"><link name=\"a\">{}{}</link></robot>",
-        visual("tri.dae"),
-        visual("broken.dae")
-    );
-    std::fs::write(dir.path().join("r.urdf"), robot).unwrap();
-    let text = "Simulation(import: (file: \"r.urdf\", collide: true))";
-    let loaded = load(dir.path(), "sim.ron", text).unwrap_or_else(|f| panic!("{f}"));
-    assert_eq!((loaded.shapes.len(), loaded.colliders.as_ref().unwrap().len()), (2, 1));
-    let warnings: String = loaded.warnings().iter().map(|w| w.message.clone()).collect();
-    assert!(warnings.contains("mesh `broken.dae`"), "{warnings}"); // what collides
-    assert!(warnings.contains("broken.dae` of `a` cannot be shown"), "{warnings}");
-    let text =
-        "Simulation(bodies: { \"b\": (parent: \"world\", shapes: [Mesh(file: \"broken.dae\")]) })";
-    let loaded = load(dir.path(), "own.ron", text).unwrap_or_else(|f| panic!("{f}"));
-    let warnings: String = loaded.warnings().iter().map(|w| w.message.clone()).collect();
-    assert!(warnings.contains("broken.dae` of `b` cannot be shown"), "{warnings}");
 }

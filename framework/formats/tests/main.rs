@@ -5,6 +5,7 @@ mod cases;
 mod daveml;
 mod export;
 mod fuzz;
+mod growth;
 mod heights;
 mod heights_written;
 mod mjcf;

@@ -9,6 +9,7 @@ mod gravity;
 mod gravity_files;
 #[path = "../../../tests/common/kernel.rs"]
 mod kernel;
+mod kernels;
 mod magnetic;
 mod nesc;
 mod orbit;
