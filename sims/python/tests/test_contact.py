@@ -236,7 +236,7 @@ def test_loops_stay_closed_with_contact():
     assert lw.Contact(linkage, balls, neighbours="collide").step(q, v, 1e-3).pairs == [("a", "b")]
 
 
-def test_mistakes_are_refused(tmp_path):
+def test_mistakes_are_refused():
     ball = free().build()
     skin, ground = lw.Collider.sphere("skin", "ball", 0.1), lw.Collider.half_space("ground")
 
@@ -281,10 +281,18 @@ def test_mistakes_are_refused(tmp_path):
             lw.Collider.hull("h", "ball", bad)
     with pytest.raises(lw.LinkworkError, match="1 dimensions"):
         lw.Collider.terrain("h", [0.0, 1.0], [1, 1])
+
+
+def test_ellipsoids_of_a_file_collide(tmp_path):
     path = tmp_path / "egg.xml"
     path.write_text('<mujoco><worldbody><body name="egg"><freejoint/><geom name="shell" type="ellipsoid" size=".1 .1 .2"/></body></worldbody></mujoco>')
-    with pytest.raises(lw.LinkworkError, match="`shell`.*Ellipsoid"):
-        lw.load(path).file_colliders()
+    egg = lw.load(path)
+    assert len(egg.file_colliders()) == 1
+    contact = lw.Contact(egg, egg.file_colliders() + [lw.Collider.half_space("ground")], tolerance=1e-9)
+    # It stands on its end, 0.2 m below its centre, and weighs 4/3 pi a b c 1000 kg/m3.
+    step = contact.step(at(0, 0, 0.2), np.zeros(6), 1e-3)
+    weight = 4 / 3 * np.pi * 0.1 * 0.1 * 0.2 * 1000 * G
+    assert np.allclose(step.forces.sum(axis=0), [0, 0, weight], rtol=1e-6, atol=1e-6)
 
 
 def test_all_shapes_carry_a_weight():
@@ -294,6 +302,7 @@ def test_all_shapes_carry_a_weight():
         lw.Collider.box("s", "ball", [0.2, 0.2, 0.2]),
         lw.Collider.cylinder("s", "ball", 0.1, 0.2),
         lw.Collider.capsule("s", "ball", 0.05, 0.1),
+        lw.Collider.ellipsoid("s", "ball", [0.3, 0.2, 0.1]),
         lw.Collider.hull("s", "ball", corners),
         lw.Collider.mesh("s", "ball", corners, faces),
     ]

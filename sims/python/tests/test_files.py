@@ -148,5 +148,5 @@ def test_a_keyframe_is_the_start(tmp_path):
     with pytest.warns(UserWarning, match="springs"):
         assert lw.load(path).initial_q[0] == 0
         assert lw.load(path, keyframe="up").initial_q[0] == 0.25
-    with pytest.raises(lw.LinkworkError, match="did you mean `up`"):
+    with pytest.raises(lw.LinkworkError, match="one of: up"):
         lw.load(path, keyframe="op")
