@@ -19,7 +19,7 @@
 //! linkwork terrain merge west.tif east.tif --out both.tif
 //! linkwork terrain make yard.tif --set size=[50,50] --set rock_cover=0.1 --set crater_age_gyr=3
 //! ```
-//! * Nodes that are degrees apart get metres from the ellipsoid of the file, in the middle of the map; a map that is too tall for one distance (1 % at its edges) is refused. Rotated maps, several bands and colours are refused, too.
+//! * If a map is in degrees, its node spacing in metres is computed from the ellipsoid that the file states, at the latitude of the middle of the map. A map is rejected if that spacing is wrong by more than 1 % at its northern or southern edge. Rotated maps and files with several bands or colours are rejected as well.
 //! * Made ground has its rocks in its heights; a file of it has no list of them. `make` holds the whole map in memory; a larger one is
 //!   made of it by `resample`.
 //! * A terrain in tiles keeps 256 of them (`kept`), some 70 MB; which are kept changes no number. What needs all heights at once (bodies
