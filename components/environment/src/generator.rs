@@ -15,6 +15,7 @@
 use crate::craters::{Degraded, Surface};
 use crate::height_field::HeightField;
 use crate::landforms::{Dunes, Landform};
+use crate::noise::{Cell, Octave};
 use crate::random::{Random, mix};
 use linkwork_collision::relief::GridFault;
 
@@ -130,21 +131,28 @@ fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
     }
     let seed = mix(recipe.seed ^ 0x5265_6c69_6566);
     // Each octave is turned by another angle, so that no grid direction shows.
-    let turn = |k: usize| (0.7 + 1.9 * k as f64).sin_cos();
-    let mut octaves: Vec<_> = octaves
+    let octaves: Vec<Octave> = octaves
         .iter()
         .enumerate()
         .map(|(k, (length, gain))| {
-            (*length, *gain, turn(k), Cell::new(seed.wrapping_add(k as u64)))
+            let turn = (0.7 + 1.9 * k as f64).sin_cos();
+            Octave { length: *length, gain: *gain, turn, seed: seed.wrapping_add(k as u64) }
         })
         .collect();
-    field.map(|x, y, _| {
-        let mut h = 0.0;
-        for (length, gain, (sin, cos), cell) in &mut octaves {
-            let (u, v) = ((*cos * x - *sin * y) / *length, (*sin * x + *cos * y) / *length);
-            h += *gain * cell.noise(u, v);
+    field.map_rows(|| {
+        let mut cells: Vec<Cell> = octaves.iter().map(|o| Cell::new(o.seed)).collect();
+        let mut sum = Vec::new();
+        let octaves = &octaves;
+        move |y, xs, row| {
+            sum.clear();
+            sum.resize(row.len(), 0.0);
+            for (octave, cell) in octaves.iter().zip(&mut cells) {
+                octave.add(cell, xs, y, &mut sum);
+            }
+            for (h, sum) in row.iter_mut().zip(&sum) {
+                *h = *sum as f32;
+            }
         }
-        h
     });
     let n = field.heights().len() as f64;
     let mean = field.heights().iter().map(|&h| f64::from(h)).sum::<f64>() / n;
@@ -152,68 +160,6 @@ fn raise_relief(field: &mut HeightField, recipe: &Recipe) {
     let scale = if var > 0.0 { recipe.relief / var.sqrt() } else { 0.0 };
     field.map(|_, _, h| (h - mean) * scale);
 }
-
-/// A cell of the noise's lattice with the gradients at its corners, kept while neighbours are asked for, and gradients that
-/// were asked for before: the next row of nodes asks for most of them again.
-pub(crate) struct Cell {
-    at: [f64; 2],
-    seed: u64,
-    /// cos and sin at (0, 0), (1, 0), (0, 1), (1, 1).
-    gradients: [[f64; 2]; 4],
-    /// The hash of a place in the lattice, and cos and sin there; the last one of those with the same last bits.
-    known: Vec<(u64, [f64; 2])>,
-}
-
-/// Gradients that are kept: a power of two; more than two rows of the finest lattice over a map of 2000 nodes.
-const KNOWN: usize = 1 << 14;
-
-impl Cell {
-    pub(crate) fn new(seed: u64) -> Cell {
-        let known = vec![(0, turned(0)); KNOWN];
-        Cell { at: [f64::NAN; 2], seed, gradients: [[0.0; 2]; 4], known }
-    }
-
-    fn move_to(&mut self, i: f64, j: f64) {
-        self.at = [i, j];
-        self.gradients = CORNERS.map(|[di, dj]| {
-            let key = ((i + di) as i64 as u64).wrapping_mul(0x8da6_b343)
-                ^ ((j + dj) as i64 as u64).wrapping_mul(0xd816_3841_0000_0001);
-            let hash = mix(key ^ self.seed);
-            let known = &mut self.known[hash as usize % KNOWN];
-            if known.0 != hash {
-                *known = (hash, turned(hash));
-            }
-            known.1
-        });
-    }
-
-    /// Gradient noise with a C² fade, about −1 to 1.
-    pub(crate) fn noise(&mut self, x: f64, y: f64) -> f64 {
-        let (i, j) = (x.floor(), y.floor());
-        if self.at != [i, j] {
-            self.move_to(i, j);
-        }
-        let (u, v) = (x - i, y - j);
-        let fade = |t: f64| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
-        let corner = |k: usize| {
-            let ([cos, sin], [di, dj]) = (self.gradients[k], CORNERS[k]);
-            cos * (u - di) + sin * (v - dj)
-        };
-        let (fu, fv) = (fade(u), fade(v));
-        let low = corner(0) * (1.0 - fu) + corner(1) * fu;
-        let high = corner(2) * (1.0 - fu) + corner(3) * fu;
-        (low * (1.0 - fv) + high * fv) * std::f64::consts::SQRT_2
-    }
-}
-
-/// cos and sin of the angle that a hash stands for.
-fn turned(hash: u64) -> [f64; 2] {
-    let turn = (hash >> 11) as f64 / (1u64 << 53) as f64;
-    let (sin, cos) = (turn * std::f64::consts::TAU).sin_cos();
-    [cos, sin]
-}
-
-const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
 
 fn is_clear(recipe: &Recipe, x: f64, y: f64, radius: f64) -> bool {
     recipe.clear.iter().all(|[cx, cy, r]| (x - cx).hypot(y - cy) > r + radius)

@@ -86,19 +86,46 @@ impl HeightField {
     }
 
     /// Changes every height that has data: `f(x, y, h)` in m.
-    pub fn map(&mut self, mut f: impl FnMut(f64, f64, f64) -> f64) {
-        let (origin, spacing, [nx, ny]) =
-            (self.grid.origin(), self.grid.spacing(), self.grid.size());
-        for j in 0..ny {
-            let y = origin[1] + j as f64 * spacing[1];
-            for i in 0..nx {
-                let x = origin[0] + i as f64 * spacing[0];
-                let h = &mut self.heights[j * nx + i];
-                if !h.is_nan() {
-                    *h = f(x, y, f64::from(*h)) as f32;
+    pub fn map(&mut self, f: impl Fn(f64, f64, f64) -> f64 + Sync) {
+        self.map_rows(|| {
+            |y, xs: &[f64], row: &mut [f32]| {
+                for (h, x) in row.iter_mut().zip(xs).filter(|(h, _)| !h.is_nan()) {
+                    *h = f(*x, y, f64::from(*h)) as f32;
                 }
             }
-        }
+        });
+    }
+
+    /// Changes the heights row by row, in as many threads as the machine has cores. Each thread calls `start` once, and the function that it
+    /// returns for each of its rows: `f(y, xs, heights)` with the y of the row, the x of each node and its height (m). Which thread gets which
+    /// rows is not defined: the result for a row must not depend on other rows.
+    pub fn map_rows<F>(&mut self, start: impl Fn() -> F + Sync)
+    where
+        F: FnMut(f64, &[f64], &mut [f32]),
+    {
+        let (origin, spacing, [nx, ny]) =
+            (self.grid.origin(), self.grid.spacing(), self.grid.size());
+        let xs: Vec<f64> = (0..nx).map(|i| origin[0] + i as f64 * spacing[0]).collect();
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        // A thread costs some 20 µs: few nodes are not worth one.
+        let threads = cores.min(nx * ny / 20_000).max(1);
+        let rows_each = ny.div_ceil(threads).max(1);
+        let work = |first: usize, rows: &mut [f32]| {
+            let mut f = start();
+            for (j, row) in rows.chunks_mut(nx.max(1)).enumerate() {
+                f(origin[1] + (first + j) as f64 * spacing[1], &xs, row);
+            }
+        };
+        let mut blocks = self.heights.chunks_mut((rows_each * nx).max(1)).enumerate();
+        std::thread::scope(|scope| {
+            let own = blocks.next();
+            for (k, rows) in blocks {
+                scope.spawn(move || work(k * rows_each, rows));
+            }
+            if let Some((_, rows)) = own {
+                work(0, rows);
+            }
+        });
     }
 
     /// Changes the heights within `reach` (m) of a point: `f(distance, h)`.

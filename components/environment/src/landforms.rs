@@ -9,8 +9,8 @@
 //! trench     h −= H (1 − (2 v/W)²)
 //! ```
 
-use crate::generator::Cell;
 use crate::height_field::HeightField;
+use crate::noise::Cell;
 use crate::random::mix;
 use linkwork_runtime::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -63,17 +63,21 @@ impl Dunes {
     /// Puts them on the ground.
     pub fn raise(&self, field: &mut HeightField, seed: u64) {
         let (sin, cos) = self.heading.sin_cos();
-        let mut noise = Cell::new(mix(seed ^ 0x4475_6e65_7300));
-        field.map(|x, y, h| {
-            let (s, v) = (cos * x + sin * y, cos * y - sin * x);
-            let aside = match self.wander > 0.0 {
-                true => {
-                    self.wander
-                        * noise.noise(s / (8.0 * self.wavelength), v / (4.0 * self.wavelength))
+        field.map_rows(|| {
+            let mut noise = Cell::new(mix(seed ^ 0x4475_6e65_7300));
+            move |y, xs, row| {
+                for (h, x) in row.iter_mut().zip(xs).filter(|(h, _)| !h.is_nan()) {
+                    let (s, v) = (cos * x + sin * y, cos * y - sin * x);
+                    let (along, across) =
+                        (s / (8.0 * self.wavelength), v / (4.0 * self.wavelength));
+                    let aside = if self.wander > 0.0 {
+                        self.wander * noise.noise(along, across)
+                    } else {
+                        0.0
+                    };
+                    *h = (f64::from(*h) + self.profile(s + aside * self.wavelength)) as f32;
                 }
-                false => 0.0,
-            };
-            h + self.profile(s + aside * self.wavelength)
+            }
         });
     }
 }

@@ -42,6 +42,7 @@ mod light;
 pub mod map_file;
 pub mod map_parts;
 pub mod mars_sun;
+mod noise;
 pub mod planet_air;
 pub mod planet_sun;
 pub mod polyhedral_gravity;
