@@ -49,7 +49,7 @@ pub use machine::sidecar::apply_side_car;
 pub use schema::describe::{Field, Parameters, Schema, document, plain};
 pub use scope::parameters::ParamDecl;
 pub use text::parsed::Parsed;
-pub use text::patterns::{match_patterns, misspelt, path_matches};
+pub use text::patterns::{match_patterns, matches, misspelt, path_matches};
 pub use text::report::tidy;
 pub use text::show::{Failure, Look, show_faults};
 pub use text::value::{IntoValue, Text, variant};

@@ -1,5 +1,5 @@
 //! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
-use linkwork_assembly::{FigureOf, Loaded, match_patterns};
+use linkwork_assembly::{FigureOf, Loaded, matches};
 use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
 use std::collections::BTreeSet;
 
@@ -13,8 +13,8 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
     let names: Vec<&String> = plan.variables.keys().collect();
     let mut seen: BTreeSet<&str> = BTreeSet::new();
     for pattern in patterns {
-        // What matches nothing is told elsewhere.
-        for k in match_patterns(&[pattern], &names).unwrap_or_default() {
+        // A pattern without a match is an error that the pattern's own check reports.
+        for k in matches(&pattern.text, &names) {
             seen.insert(&plan.variables[names[k]].part);
         }
     }

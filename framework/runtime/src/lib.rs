@@ -58,6 +58,7 @@ pub use made::Made;
 pub use mechanism::{
     Closing, ContactSpec, Frame, KinematicSpec, MechanismPart, MechanismPlan, MechanismPorts,
     MechanismSpec, Passing, PlaceError, Placed, Placement, RankReport, place_on_terrain,
+    settle_placed,
 };
 pub use model::{BuildError, Description, Fired, Functions, Model, Store};
 pub use overlay::{

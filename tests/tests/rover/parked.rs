@@ -157,6 +157,58 @@ fn what_does_not_rest_where_it_is_put_down_is_told() {
     assert!(apart(start, chassis(&sim)) > 0.01);
 }
 
+/// Rovers on a slope of 25 degrees, at y = 0, 6, ..: whether the wheels of each have brakes.
+fn side_by_side(brakes: &[bool]) -> Simulation {
+    let (mut parts, mut places, mut overrides) = (String::new(), String::new(), String::new());
+    for (k, brake) in brakes.iter().enumerate() {
+        let y = 6 * k;
+        parts += &format!(
+            r#""R{k}": (assembly: "rovers/rocker_bogie.ron", params: {{
+                "world": "worlds/outside.ron", "contact": "mobility.wheel_rigid", "waypoints": [[0, {y}]], "start": [0, {y}, 0] }}),"#
+        );
+        places += &format!(
+            r#"(body: "R{k}.Hardware.Chassis/chassis", at: [0, {y}], wheels: ["R{k}.Hardware.Wheels.*/wheel"], radius: "0.25 m",
+                joints: ["R{k}.Hardware.Chassis/rocker_*", "R{k}.Hardware.Chassis/bogie_*"]),"#
+        );
+        if !brake {
+            overrides += &format!(r#""R{k}.Hardware.Wheels.Wheel*.Motor.brake": 0,"#);
+        }
+    }
+    let text = format!(
+        r#"Simulation(
+    parts: {{ "Site": (assembly: "worlds/slope.ron", params: {{ "slope": "25 deg" }}), {parts} }},
+    overrides: {{ {overrides} }},
+    contact: (compliant: (stiffness: 3e5, bristle_stiffness: 3e5, bristle_damping: 3e3)),
+    step: "1 ms", integrator: "semi_implicit_euler", until: "100 s", seed: 1, place: [{places}],
+)"#
+    );
+    common::scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Settling one machine after the other took time with the square of their number. All in one run, each comes to rest as it does
+/// alone, also where another one needs its wheels held for that.
+#[test]
+fn machines_settled_together_rest_as_each_does_alone() {
+    let height = |sim: &Simulation, k: usize| {
+        let mut all = vec![sim.get(&format!("R{k}.Hardware.Chassis/chassis.position.z")).unwrap()];
+        all.extend((1..=6).map(|w| {
+            sim.get(&format!("R{k}.Hardware.Wheels.Wheel{w}.SurfaceContact.normal_force")).unwrap()
+        }));
+        all
+    };
+    let alone = [true, false].map(|brake| height(&side_by_side(&[brake]), 0));
+    let together = side_by_side(&[true, false, true]);
+    assert!(together.plan().warnings.iter().all(|w| !w.message.contains("rest")));
+    for (k, wanted) in [(0, &alone[0]), (1, &alone[1]), (2, &alone[0])] {
+        let found = height(&together, k);
+        println!("{k}: {found:?}, alone {wanted:?}");
+        for (a, b) in found.iter().zip(wanted) {
+            // The slope rises along x and the rovers stand side by side along y: their heights are equal.
+            assert!((a - b).abs() < 1e-6 * b.abs().max(1.0), "{k}: {a} and alone {b}");
+        }
+    }
+}
+
 #[test]
 fn placing_one_machine_moves_no_other_and_tells_what_gave_way() {
     let drone = r#""drone": (parent: "world", hinge: Free, mass: 2, inertia: [0.1, 0.1, 0.1],

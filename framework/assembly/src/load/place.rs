@@ -5,10 +5,11 @@ use crate::text::value::Text;
 use linkwork_multibody::Multibody;
 use linkwork_runtime::{
     Fault, Handle, KinematicSpec, Placed, Placement, Plan, Terrain, place_on_terrain, remedy,
+    settle_placed,
 };
 use linkwork_solvers::Vehicle;
 
-/// Puts machines on their ground: all until their wheels just touch, then each until it rests. Names may hold `*`.
+/// Puts machines on their ground: all until their wheels just touch, then all until they rest. Names may hold `*`.
 ///
 /// # Errors
 /// The first mistake in the names, or why a machine cannot be put down.
@@ -20,12 +21,8 @@ pub fn put_down(plan: &mut Plan, places: &[PlaceForm]) -> Result<(), Fault> {
             put.push((place.origin, placed));
         }
     }
-    for (origin, placed) in put {
-        let told = plan.warnings.len();
-        placed.settle(plan);
-        for warning in &mut plan.warnings[told..] {
-            warning.origin = origin;
-        }
+    if !put.is_empty() {
+        settle_placed(plan, &put);
     }
     Ok(())
 }

@@ -59,25 +59,28 @@ pub fn match_patterns<S: AsRef<str>>(
     let mut chosen = vec![false; names.len()];
     let mut faults = Vec::new();
     for p in patterns {
-        let below = format!("{}.**", p.text);
-        let plain = !p.text.contains('*');
-        let mut any = false;
-        for (k, name) in names.iter().enumerate() {
-            let name = name.as_ref();
-            if path_matches(&p.text, name)
-                || (plain
-                    && (path_matches(&below, name) || name.starts_with(&format!("{}[", p.text))))
-            {
-                chosen[k] = true;
-                any = true;
-            }
-        }
-        if !any {
+        let found = matches(&p.text, names);
+        if found.is_empty() {
             faults.push(no_match(p, names));
+        }
+        for k in found {
+            chosen[k] = true;
         }
     }
     if !faults.is_empty() {
         return Err(faults);
     }
     Ok((0..names.len()).filter(|k| chosen[*k]).collect())
+}
+
+/// The positions of the names that a pattern matches, in order; empty when it matches none.
+/// [`match_patterns`] makes an error of that, with the most similar name, which takes far longer to find.
+pub fn matches<S: AsRef<str>>(pattern: &str, names: &[S]) -> Vec<usize> {
+    let plain = !pattern.contains('*');
+    let (below, element) = (format!("{pattern}.**"), format!("{pattern}["));
+    let chosen = |name: &str| {
+        path_matches(pattern, name)
+            || (plain && (path_matches(&below, name) || name.starts_with(&element)))
+    };
+    (0..names.len()).filter(|k| chosen(names[*k].as_ref())).collect()
 }

@@ -33,7 +33,7 @@ mod vehicles;
 
 pub use gaps::Closing;
 pub use passing::Passing;
-pub use placement::{PlaceError, Placed, Placement, place_on_terrain};
+pub use placement::{PlaceError, Placed, Placement, place_on_terrain, settle_placed};
 pub use plan::{MechanismPart, MechanismPlan};
 pub use ports::{Frame, MechanismPorts};
 pub use rank::RankReport;

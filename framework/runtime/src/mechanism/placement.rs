@@ -9,10 +9,10 @@
 //! forces until it rests (`step::settle`), so that a run starts in static balance; done once, before a run.
 use crate::plan::Plan;
 use crate::services::Terrain;
-use crate::step::settle;
+use crate::step::{Machine, settle};
 use crate::value::{Fault, Origin};
 use linkwork_dynamics::{Workspace, kinematics};
-use linkwork_multibody::{BodyId, Multibody, SubhingeKind};
+use linkwork_multibody::{Body, BodyId, Multibody, SubhingeKind};
 use linkwork_solvers::{Projector, footing};
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 use linkwork_spatial::{Quat, Vec3};
@@ -48,7 +48,7 @@ fn error<T>(message: String, help: &str) -> Result<T, PlaceError> {
 
 /// A machine where its wheels just touch; it has yet to settle.
 #[derive(Clone, Debug)]
-#[must_use = "it has yet to settle"]
+#[must_use = "give it to `settle_placed`"]
 pub struct Placed {
     /// Largest gap of a wheel, m.
     pub gap: f64,
@@ -59,8 +59,8 @@ pub struct Placed {
     adapting: Vec<usize>,
 }
 
-/// Changes the plan's initial coordinates: the wheels of a machine just touch. Of several machines all are put down before
-/// one settles ([`Placed::settle`]), so that none stands in the ground meanwhile.
+/// Changes the plan's initial coordinates: the wheels of a machine just touch. All machines of a plan are put down before they settle
+/// ([`settle_placed`]), so that none stands in the ground meanwhile.
 ///
 /// # Errors
 /// Unknown bodies, a root that is not free, ground missing under a wheel, no convergence, or a terrain that cannot answer.
@@ -224,25 +224,33 @@ fn put_down(plan: &mut Plan, terrain: &dyn Terrain, p: &Placement) -> Result<Pla
     Ok(Placed { gap: e.amax(), body, joints, own, adapting })
 }
 
-impl Placed {
-    /// Changes the plan's initial coordinates and what its parts start from, to static balance. A machine that does not rest
-    /// starts where its wheels touch, which is a warning of the plan.
-    pub fn settle(mut self, plan: &mut Plan) {
-        let Some(mechanism) = plan.mechanism() else { return };
-        let (mb, put, first) = (mechanism.multibody.clone(), mechanism.q.clone(), mechanism.x);
-        let nq = mb.nq();
-        let lanes = (first..first + nq, first + nq..first + nq + mb.nv());
-        self.own.iter_mut().chain(&mut self.adapting).for_each(|lane| *lane += first + nq);
-        if settle(plan, lanes.clone(), &self.own, &self.adapting) {
-            let q = plan.rest.as_ref().map(|rest| rest.x[lanes.0].to_vec());
-            if let Some(q) = &q {
-                self.warn_of_sagging(plan, &mb, (&put, q));
-            }
-            if let (Some(mechanism), Some(q)) = (plan.mechanism_mut(), q) {
-                mechanism.q = q;
-            }
-            return;
+/// Changes the plan's initial coordinates and what its parts start from: all placed machines are brought to static balance in one
+/// run. A machine that does not rest starts where its wheels touch, which is a warning of the plan at the given place.
+pub fn settle_placed(plan: &mut Plan, placed: &[(Origin, Placed)]) {
+    let Some(mechanism) = plan.mechanism() else { return };
+    let (mb, put, first) = (mechanism.multibody.clone(), mechanism.q.clone(), mechanism.x);
+    let nq = mb.nq();
+    let lanes = (first..first + nq, first + nq..first + nq + mb.nv());
+    let at = |lanes: &[usize]| lanes.iter().map(|lane| lane + first + nq).collect();
+    let machines: Vec<Machine> = placed
+        .iter()
+        .map(|(_, p)| Machine { own: at(&p.own), adapting: at(&p.adapting) })
+        .collect();
+    let rests = settle(plan, lanes.clone(), &machines);
+    let q = plan.rest.as_ref().map(|rest| rest.x[lanes.0].to_vec());
+    for ((origin, placed), rests) in placed.iter().zip(rests) {
+        match (&q, rests) {
+            (Some(q), true) => placed.warn_of_sagging(plan, *origin, &mb, (&put, q)),
+            _ => placed.warn_of_moving(plan, *origin),
         }
+    }
+    if let (Some(mechanism), Some(q)) = (plan.mechanism_mut(), q) {
+        mechanism.q = q;
+    }
+}
+
+impl Placed {
+    fn warn_of_moving(&self, plan: &mut Plan, origin: Origin) {
         let (what, help) = match plan.steps.is_empty() {
             true => (
                 "does not rest there",
@@ -255,13 +263,20 @@ impl Placed {
             ),
         };
         let fact = format!("`{}` was put down where its wheels touch and {what}", self.body);
-        plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
+        plan.warnings.push(Fault::new(origin, fact).help(help));
     }
 
     /// Joints that were not to adapt and gave way: what holds them at work may not yet hold them at the start.
-    fn warn_of_sagging(&self, plan: &mut Plan, mb: &Multibody, (from, to): (&[f64], &[f64])) {
+    fn warn_of_sagging(
+        &self,
+        plan: &mut Plan,
+        origin: Origin,
+        mb: &Multibody,
+        (from, to): (&[f64], &[f64]),
+    ) {
         let meant = |name: &str| name == self.body || self.joints.iter().any(|j| j == name);
-        for body in mb.bodies().iter().filter(|b| !meant(b.name())) {
+        let own = |body: &Body| body.v().all(|k| self.own.contains(&k));
+        for body in mb.bodies().iter().filter(|b| own(b) && !meant(b.name())) {
             let most = body.q().map(|k| (to[k] - from[k]).abs()).fold(0.0, f64::max);
             if most > SAGS {
                 let fact = format!(
@@ -270,7 +285,7 @@ impl Placed {
                     self.body
                 );
                 let help = "hold it by a brake, a spring or a prescribed motion; or list it in `joints`, where it is meant";
-                plan.warnings.push(Fault::new(Origin::NONE, fact).help(help));
+                plan.warnings.push(Fault::new(origin, fact).help(help));
             }
         }
     }

@@ -32,7 +32,7 @@ pub(crate) use moves::Route;
 pub use notices::Notice;
 pub use observe::{Observer, Stretch, Wanted};
 pub use profile::{Profile, Spent};
-pub(crate) use settle::settle;
+pub(crate) use settle::{Machine, settle};
 pub use state::{GuardState, State};
 
 use crate::block::{Block, Evaluation, Now};

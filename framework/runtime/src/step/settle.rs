@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! ẋ = f(x) at the first instant, sampled outputs held        v ← v/(1 + c h) after each step
-//! at rest        max |v| below a limit; where it does not come to rest, again with all joints held but those given
-//! held           other machines in any case: their lanes have no derivative and stay where they are written
+//! at rest        max |v| of a machine below a limit; it is held from there on, until all machines rest
+//! again          where one does not come to rest, from the beginning with all its joints held but those given, then with all
+//! held           lanes without a derivative: they stay where they are written
 //! kept           coordinates, and the states of parts that have come to rest too (bristles, soil, brakes);
 //!                what still runs (charge, propellant) starts as it was
 //! ```
@@ -19,7 +20,7 @@ use std::ops::Range;
 struct Held<'a> {
     run: Running<'a>,
     /// Their lanes.
-    held: &'a [usize],
+    held: Vec<usize>,
 }
 
 impl System for Held<'_> {
@@ -57,39 +58,67 @@ const FINER: [f64; 3] = [1.0, 4.0, 16.0];
 /// What moves as fast as this long ago goes on moving, s.
 const SLOWS: f64 = 2.0;
 
-/// The end of a settling.
-enum End {
-    /// The state, and its derivative.
-    Rests(Vec<f64>, Vec<f64>),
-    /// It goes on moving.
-    Moves,
-    /// The step is too long, or something fails.
-    Fails,
+/// A machine to be brought to rest, by lanes of its velocities.
+pub(crate) struct Machine {
+    /// All of them.
+    pub own: Vec<usize>,
+    /// Lanes that move in any case: of the root, and of joints that adapt to the ground.
+    pub adapting: Vec<usize>,
 }
 
-/// Brings the start of a machine to rest: coordinates and velocities at `q` and `v`, of which `adapting` (lanes) move in any case,
-/// the others of the machine (`own`) where they come to rest, and what is not of the machine never. Gives whether it
-/// rests; when it does not, the start is as it was.
+/// Which velocities of a machine are free while it settles.
+#[derive(Clone, Copy, PartialEq)]
+enum Free {
+    Own,
+    Adapting,
+    None,
+}
+
+impl Machine {
+    fn free(&self, free: Free) -> &[usize] {
+        match free {
+            Free::Own => &self.own,
+            Free::Adapting => &self.adapting,
+            Free::None => &[],
+        }
+    }
+}
+
+/// The end of a settling, when nothing failed.
+struct End {
+    /// State and derivative; `None` when a machine moves on.
+    rest: Option<(Vec<f64>, Vec<f64>)>,
+    /// The machines that move on.
+    moves: Vec<bool>,
+}
+
+/// Brings the start of machines to rest, all in one run: coordinates and velocities are at `q` and `v`. Returns which of them
+/// rest; the others start as they were written.
 pub(crate) fn settle(
     plan: &mut Plan,
     (q, v): (Range<usize>, Range<usize>),
-    own: &[usize],
-    adapting: &[usize],
-) -> bool {
+    machines: &[Machine],
+) -> Vec<bool> {
+    let mut free = vec![Free::Own; machines.len()];
     // What advances by impulses has no derivative to follow.
     if plan.derivs.is_empty() || !plan.steps.is_empty() {
-        return false;
+        return vec![false; machines.len()];
     }
-    let but =
-        |moves: &[usize]| -> Vec<usize> { v.clone().filter(|k| !moves.contains(k)).collect() };
-    let found = [but(own), but(adapting)].into_iter().find_map(|held| {
-        let ends = FINER.into_iter().map(|f| relax(plan, &v, &held, plan.step.seconds() / f));
-        match ends.into_iter().find(|end| !matches!(end, End::Fails)) {
-            Some(End::Rests(x, rates)) => Some((x, rates)),
-            _ => None,
+    let (x, rates) = loop {
+        if free.iter().all(|f| *f == Free::None) {
+            return vec![false; machines.len()];
         }
-    });
-    let Some((x, rates)) = found else { return false };
+        let parts: Vec<&[usize]> = machines.iter().zip(&free).map(|(m, f)| m.free(*f)).collect();
+        let end = FINER.into_iter().find_map(|f| relax(plan, &v, &parts, plan.step.seconds() / f));
+        let moves = match end {
+            Some(End { rest: Some(rest), .. }) => break rest,
+            Some(End { rest: None, moves }) => moves,
+            None => vec![true; machines.len()],
+        };
+        for (free, _) in free.iter_mut().zip(moves).filter(|(_, moves)| *moves) {
+            *free = if *free == Free::Own { Free::Adapting } else { Free::None };
+        }
+    };
     let mut start = initial(plan).x;
     let mut parts = plan.rest.take().map_or_else(Vec::new, |before| before.parts);
     for (number, part) in (0..).zip(&plan.parts) {
@@ -106,11 +135,17 @@ pub(crate) fn settle(
     parts.dedup();
     start[q.clone()].copy_from_slice(&x[q]);
     plan.rest = Some(SettledStart { x: start, parts });
-    true
+    free.iter().map(|f| *f != Free::None).collect()
 }
 
-/// Follows a plan until it rests, with steps of h s.
-fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
+/// Greatest magnitude of some lanes; NaN if one of them is.
+fn greatest(x: &[f64], lanes: &[usize]) -> f64 {
+    lanes.iter().map(|k| x[*k]).fold(0.0_f64, |a, v| if v.abs() <= a { a } else { v.abs() })
+}
+
+/// Follows a plan until all machines rest, with steps of h s; `free` are the lanes of each that may move. `None` when the step
+/// is too long, or something fails.
+fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End> {
     let (mut blocks, mut state, mut work) = (blocks_of(plan), initial(plan), Work::new(plan));
     plan.fields.iter().for_each(|field| show(&mut blocks, field));
     let now = Now {
@@ -125,7 +160,7 @@ fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
     let State { x, d, sig, .. } = &mut state;
     let unseen = (&[][..], &mut [][..]);
     if evaluate::run_all_now(&mut blocks, plan, &all, &now, (x, d, sig), None, unseen).is_err() {
-        return End::Fails;
+        return None;
     }
     let Work { integrator, xdot, .. } = &mut work;
     let (blocks, number) = (&mut blocks[..], &mut 1);
@@ -133,36 +168,45 @@ fn relax(plan: &Plan, v: &Range<usize>, held: &[usize], h: f64) -> End {
     let (linear, stage) = (None, None);
     let (began, pins) = (0.0, None);
     let run = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
-    let mut system = Held { run, held };
+    let held: Vec<usize> = v.clone().filter(|k| !free.iter().any(|f| f.contains(k))).collect();
+    let mut system = Held { run, held: held.clone() };
     let x = &mut state.x;
     held.iter().for_each(|&k| x[k] = 0.0);
-    let (mut fastest, mut before) = (f64::INFINITY, f64::INFINITY);
+    let mut speed = vec![f64::INFINITY; free.len()];
+    let mut before = speed.clone();
+    let mut moves = vec![false; free.len()];
+    // Machines that neither rest nor were found to move on.
+    let mut left: Vec<usize> = (0..free.len()).filter(|m| !free[*m].is_empty()).collect();
     let (steps, look) = ((LONGEST / h) as u64, (SLOWS / h) as u64);
     for k in 1..=steps {
-        if integrator.step_fixed(&mut system, now.t, h, x, None).is_err() {
-            return End::Fails;
-        }
+        integrator.step_fixed(&mut system, now.t, h, x, None).ok()?;
         x[v.clone()].iter_mut().for_each(|v| *v /= 1.0 + DAMPING * h);
-        fastest = x[v.clone()].iter().fold(0.0_f64, |a, v| if v.abs() <= a { a } else { v.abs() });
-        if fastest.is_nan() {
-            return End::Fails;
+        let looks = k.is_multiple_of(look.max(1));
+        for &m in &left {
+            speed[m] = greatest(x, free[m]);
+            if speed[m].is_nan() {
+                return None;
+            }
+            if looks {
+                moves[m] = speed[m] > REST[1].max(0.9 * before[m]);
+                before[m] = speed[m];
+            }
+            if moves[m] || speed[m] < REST[0] {
+                system.held.extend(free[m]);
+                free[m].iter().for_each(|&k| x[k] = 0.0);
+            }
         }
-        if fastest < REST[0] {
+        left.retain(|&m| !moves[m] && speed[m] >= REST[0]);
+        if left.is_empty() {
             break;
         }
-        if k.is_multiple_of(look.max(1)) {
-            if fastest > REST[1].max(0.9 * before) {
-                return End::Moves;
-            }
-            before = fastest;
-        }
     }
-    if fastest > REST[1] {
-        return End::Moves;
+    left.iter().for_each(|&m| moves[m] = speed[m] > REST[1]);
+    if moves.contains(&true) {
+        return Some(End { rest: None, moves });
     }
     x[v.clone()].fill(0.0);
-    match system.derivatives(now.t, x, xdot) {
-        Ok(()) => End::Rests(state.x, std::mem::take(xdot)),
-        Err(_) => End::Fails,
-    }
+    system.held = held;
+    system.derivatives(now.t, x, xdot).ok()?;
+    Some(End { rest: Some((state.x, std::mem::take(xdot))), moves })
 }
