@@ -90,7 +90,7 @@ fn cut_wire_says_what_it_does() {
 #[test]
 fn dual_arm_carry_says_what_it_does() {
     let of = [
-        ("largest squeeze", "squeeze by at most # N"),
+        ("largest squeeze", "squeeze with at most # N"),
         ("friction that the palms need", "that they need a friction of #,"),
         ("largest share of what a joint can do", "largest share of what a joint can do is # ("),
         ("force on the beam at the end", "with its weight, # N"),
@@ -102,7 +102,7 @@ fn dual_arm_carry_says_what_it_does() {
 #[test]
 fn tyre_change_says_what_it_does() {
     let of = [
-        ("largest squeeze", "squeeze by at most # N"),
+        ("largest squeeze", "squeeze with at most # N"),
         ("friction that the palms need", "The controller reports a required friction of #;"),
         ("largest share of what a joint can do", "largest share of what a joint can do is #;"),
         ("largest force on the hub", "the hub is pushed with # N at the touch"),
@@ -115,12 +115,12 @@ fn tyre_change_says_what_it_does() {
 #[test]
 fn legged_stand_says_what_it_does() {
     let of = [
-        ("least distance inside the polygon of the feet", "the polygon of its feet than # mm"),
-        ("largest tilt", "it tilts by #°"),
+        ("least distance inside the polygon of the feet", "never nearer than # mm to the edge"),
+        ("largest tilt", "The trunk tilts by #°"),
         ("height of the centre of mass at the end", "stands # mm high"),
-        ("largest error of the centre of mass", "never farther than # mm from where it is to be"),
+        ("largest error of the centre of mass", "never farther than # mm from its target"),
     ];
     says("legged_stand", &[], &of);
-    let of = [("height of the centre of mass at the end", "than it believes it stands # mm high")];
+    let of = [("height of the centre of mass at the end", "than the controller assumes it stands # mm high")];
     says("legged_stand", &["mass=1.6", "mass_believed=1.2"], &of);
 }
