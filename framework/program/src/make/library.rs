@@ -96,7 +96,11 @@ fn read(path: &Path) -> Result<String, Refusal> {
     })
 }
 
-/// The tables of a manifest that say how the profiles dev and release compile.
+/// Packages of Linkwork's own workspace that no other workspace depends on: cargo would warn of their lines.
+const NOT_LIBRARIES: [&str; 4] =
+    ["linkwork-cli", "linkwork-embedded-c", "linkwork-outsider", "linkwork-python-module"];
+
+/// The tables of a manifest for the profiles dev and release, with the packages that a library of models can depend on.
 fn profiles(manifest: &str) -> String {
     let mut wanted = false;
     let mut lines = Vec::new();
@@ -107,7 +111,8 @@ fn profiles(manifest: &str) -> String {
                 lines.push("");
             }
         }
-        if wanted {
+        let package = line.split_whitespace().next().unwrap_or_default();
+        if wanted && !NOT_LIBRARIES.contains(&package) {
             lines.push(line);
         }
     }
@@ -133,7 +138,7 @@ mod tests {
 
     #[test]
     fn profiles_are_those_of_the_manifest() {
-        let text = "[a]\nx = 1\n\n[profile.dev]\nopt-level = 1\n\n[profile.release.package.b]\n# why\ny = 2\n\n[profile.release.package]\nviewer = { opt-level = 0 }\n\n[profile.bench]\nz = 3\n";
+        let text = "[a]\nx = 1\n\n[profile.dev]\nopt-level = 1\n\n[profile.release.package.b]\n# why\ny = 2\n\n[profile.release.package]\nviewer = { opt-level = 0 }\nlinkwork-cli = { opt-level = 0 }\n\n[profile.bench]\nz = 3\n";
         let wanted = "[profile.dev]\nopt-level = 1\n\n[profile.release.package.b]\ny = 2\n\n[profile.release.package]\nviewer = { opt-level = 0 }\n";
         assert_eq!(profiles(text), wanted);
     }
