@@ -4,40 +4,35 @@ use crate::program::program;
 use crate::voice::say_text;
 use crate::{exit, load};
 use linkwork_assembly::{TreeKind, TreeNode, path_matches};
-use linkwork_runtime::{Description, Origin, ParamSpec, PortSpec, Role};
+use linkwork_runtime::doc::{first_paragraph, first_sentence};
+use linkwork_runtime::{Description, Entry, Origin, ParamSpec, PortSpec, Role};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-/// The first line of a text.
-pub fn first_line(doc: &str) -> &str {
-    doc.lines().next().unwrap_or("")
-}
-
 /// Lists the catalogue, or the variables of a simulation.
 pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
     let Some(path) = sim else {
-        for e in load::catalogue().iter() {
-            say!("{:36} {}", e.description.name, first_line(&e.description.doc));
-        }
+        models(load::catalogue().iter());
         return exit::OK;
     };
-    // `linkwork list 'actuators.*'`: one argument that is no file is a pattern of models.
+    // `linkwork list 'actuators.*'`, `linkwork list parachute`: one argument that is not a file is a pattern or a word for models.
     if !path.exists() && pattern.is_none() {
         let text = path.display().to_string();
         let catalogue = load::catalogue();
-        let found: Vec<_> =
+        let mut found: Vec<_> =
             catalogue.iter().filter(|e| path_matches(&text, &e.description.name)).collect();
         if found.is_empty() {
+            found = catalogue.search(&text);
+        }
+        if found.is_empty() {
             tell!(
-                "error: `{text}` is neither a simulation nor a pattern of models\n  help: `{} list` shows all models",
+                "error: `{text}` is neither a simulation nor in the name or description of a model\n  help: `{} list` shows all models",
                 program().name
             );
             return exit::INPUT;
         }
-        for e in found {
-            say!("{:36} {}", e.description.name, first_line(&e.description.doc));
-        }
+        models(found);
         return exit::OK;
     }
     let ready = match load::ready(path, &[], None) {
@@ -53,7 +48,7 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
                 Role::Free => "free input",
                 Role::State => "state",
             };
-            say!("{path:64} {:10} {role:10} {}", v.unit, first_line(&v.doc));
+            say!("{path:64} {:10} {role:10} {}", v.unit, first_sentence(&v.doc));
             n += 1;
         }
     }
@@ -65,6 +60,13 @@ pub fn list(sim: Option<&Path>, pattern: Option<&str>) -> u8 {
         return exit::INPUT;
     }
     exit::OK
+}
+
+/// Prints models, one in each line.
+fn models<'a>(all: impl IntoIterator<Item = &'a Entry>) {
+    for e in all {
+        say!("{:36} {}", e.description.name, first_sentence(&e.description.doc));
+    }
 }
 
 fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
@@ -91,7 +93,13 @@ fn ports(out: &mut String, title: &str, list: &[PortSpec]) {
         };
         let notes =
             if notes.is_empty() { String::new() } else { format!(" ({})", notes.join(", ")) };
-        let _ = writeln!(out, "  {:24} {:12} {}{notes}", p.name, kind + &lanes, first_line(&p.doc));
+        let _ = writeln!(
+            out,
+            "  {:24} {:12} {}{notes}",
+            p.name,
+            kind + &lanes,
+            first_paragraph(&p.doc)
+        );
     }
 }
 
@@ -106,7 +114,8 @@ fn params(out: &mut String, list: &[ParamSpec], indent: usize) {
         };
         let range = p.range.map_or(String::new(), |r| format!(", range {}", r.text()));
         let name = format!("{}{}", " ".repeat(indent), p.name);
-        let _ = writeln!(out, "  {name:24} {unit:12} {} ({default}{range})", first_line(p.doc));
+        let _ =
+            writeln!(out, "  {name:24} {unit:12} {} ({default}{range})", first_paragraph(p.doc));
         params(out, &p.fields, indent + 2);
     }
 }

@@ -286,10 +286,38 @@ impl Catalogue {
                 return Fault::new(origin, fact).help(help);
             }
             let known: Vec<&str> = self.entries.keys().map(String::as_str).collect();
-            let gone =
-                GONE.iter().find(|(old, _)| *old == name).map(|(_, help)| (*help).to_string());
-            Fault::new(origin, format!("`{user}`: there is no model `{name}`"))
-                .help(gone.unwrap_or_else(|| remedy(name, "models", &known)))
+            let gone = GONE.iter().find(|(old, _)| *old == name).map(|(_, help)| (*help).to_string());
+            let help = gone.or_else(|| self.meant(name)).unwrap_or_else(|| remedy(name, "models", &known));
+            Fault::new(origin, format!("`{user}`: there is no model `{name}`")).help(help)
         })
+    }
+
+    /// Names for one without its library (`dc_motor`), and models whose texts have a word (`parachute`).
+    fn meant(&self, name: &str) -> Option<String> {
+        let short = |known: &&String| known.rsplit('.').next() == Some(name);
+        let full: Vec<String> =
+            self.entries.keys().filter(short).map(|k| format!("`{k}`")).collect();
+        if !full.is_empty() {
+            return Some(format!("did you mean {}?", full.join(" or ")));
+        }
+        let found = self.search(name);
+        let shown: Vec<String> =
+            found.iter().take(6).map(|e| format!("`{}`", e.description.name)).collect();
+        let more = if found.len() > shown.len() { ", and others" } else { "" };
+        (!shown.is_empty()).then(|| format!("models for that word: {}{more}", shown.join(", ")))
+    }
+
+    /// The models whose name, or whose description, has all words of a text: those with the words in their name first.
+    #[must_use]
+    pub fn search(&self, text: &str) -> Vec<&Entry> {
+        let words: Vec<String> = text.split_whitespace().map(str::to_lowercase).collect();
+        let all = |text: &str| {
+            let text = text.to_lowercase();
+            !words.is_empty() && words.iter().all(|w| text.contains(w.as_str()))
+        };
+        let (named, others): (Vec<&Entry>, Vec<&Entry>) =
+            self.entries.values().partition(|e| all(&e.description.name));
+        let described = others.into_iter().filter(|e| all(&e.description.doc));
+        named.into_iter().chain(described).collect()
     }
 }

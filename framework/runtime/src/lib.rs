@@ -14,6 +14,7 @@ pub mod columns;
 mod compile;
 mod condition;
 pub mod connectors;
+pub mod doc;
 mod field;
 mod files;
 mod identity;

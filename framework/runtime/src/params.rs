@@ -263,7 +263,7 @@ impl<'a> ReadCx<'a> {
                         "`{}`: required parameter `{}` is missing ({}{unit})",
                         self.path,
                         spec.name,
-                        spec.doc.lines().next().unwrap_or_default()
+                        crate::doc::first_sentence(spec.doc)
                     );
                     self.fault(map.origin, message, Some(format!("write `{}: …`", spec.name)));
                     None
@@ -303,7 +303,7 @@ impl<'a> ReadCx<'a> {
         {
             let unit = spec.unit.map(|u| format!(" {u}")).unwrap_or_default();
             let message = format!("{at} = {number}{unit} is out of range {}{unit}", range.text());
-            let mut help = spec.doc.lines().next().unwrap_or("").to_string();
+            let mut help = crate::doc::first_paragraph(spec.doc);
             if spec.unit == Some("rad") && matches!(v.value, Value::Number(_)) {
                 help +=
                     &format!(" (a number without a unit is in rad; in degrees: \"{number} deg\")");

@@ -412,6 +412,23 @@ fn a_new_simulation_runs_as_it_is() {
         .tells(&["cannot be made", "help: "]);
 }
 
+/// A word finds models by their names and descriptions; a name without its library is completed.
+#[test]
+fn models_are_found_by_a_word_and_by_a_short_name() {
+    let lab = Lab::new();
+    let found = lab.linkwork(&["list", "parachute"]).code(0).out;
+    assert!(found.lines().count() > 2 && found.contains("flight.riser "), "{found}");
+    let short = lab.linkwork(&["describe", "dc_motor"]).code(2).err;
+    assert!(short.contains("did you mean `actuators.dc_motor`?"), "{short}");
+    let word = lab.linkwork(&["describe", "parachute"]).code(2).err;
+    assert!(word.contains("models for that word: `flight."), "{word}");
+    let none = lab.linkwork(&["list", "xylophone"]).code(2).err;
+    assert!(none.contains("`xylophone` is neither a simulation nor"), "{none}");
+    // Texts that go over several lines of the source are whole.
+    let whole = lab.linkwork(&["describe", "environment.height_field"]).code(0).out;
+    assert!(whole.contains("PDS3 (.lbl, .img), PDS4 (.xml). (required)"), "{whole}");
+}
+
 /// The plot of a step has dots at its bottom, from before the step, and at its top.
 #[test]
 fn describe_plots_what_a_model_does() {

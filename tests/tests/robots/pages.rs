@@ -121,6 +121,9 @@ fn legged_stand_says_what_it_does() {
         ("largest error of the centre of mass", "never farther than # mm from its target"),
     ];
     says("legged_stand", &[], &of);
-    let of = [("height of the centre of mass at the end", "than the controller assumes it stands # mm high")];
+    let of = [(
+        "height of the centre of mass at the end",
+        "than the controller assumes it stands # mm high",
+    )];
     says("legged_stand", &["mass=1.6", "mass_believed=1.2"], &of);
 }

@@ -1,7 +1,7 @@
 //! The graph as one page: what `page.html` shows is put into it as JSON.
 use super::edges;
-use crate::inspect::first_line;
 use linkwork_runner::Ready;
+use linkwork_runtime::doc::first_sentence;
 use linkwork_runtime::{Fires, Plan, PortSpec, Via};
 use serde::Serialize;
 
@@ -60,7 +60,7 @@ struct Wire {
 }
 
 fn port(p: &PortSpec) -> Port {
-    Port { name: p.name.to_string(), unit: p.unit.to_string(), doc: first_line(&p.doc).into() }
+    Port { name: p.name.to_string(), unit: p.unit.to_string(), doc: first_sentence(&p.doc) }
 }
 
 fn phase(name: &str, plan: &Plan, names: &[String]) -> Phase {
@@ -70,7 +70,7 @@ fn phase(name: &str, plan: &Plan, names: &[String]) -> Phase {
         Part {
             path: p.path.clone(),
             model: d.name.to_string(),
-            doc: first_line(&d.doc).into(),
+            doc: first_sentence(&d.doc),
             period: p.rate.map(|r| r.seconds()),
             states: (lanes.x, lanes.d),
             inputs: d.all_inputs().map(port).collect(),

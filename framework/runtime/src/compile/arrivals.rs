@@ -226,7 +226,8 @@ fn unwired(part: &Part<'_>, port: &PortSpec) -> Fault {
         "" | "1" | "*" => String::new(),
         u => format!(" ({u})"),
     };
-    let meaning = port.doc.lines().next().unwrap_or_default().trim_end_matches('.');
+    let meaning = crate::doc::first_sentence(&port.doc);
+    let meaning = meaning.trim_end_matches('.');
     Fault::new(part.spec.origin, format!("required input `{path}.{name}`{unit} is not wired"))
         .help(format!("{meaning}: add a wire `… -> {path}.{name}`"))
 }
