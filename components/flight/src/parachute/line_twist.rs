@@ -117,7 +117,7 @@ impl LineTwist {
     }
 }
 
-/// Torque of twisted suspension lines between a payload and a canopy.
+/// Torque of the twisted suspension lines of a parachute, between a payload and its canopy.
 #[model("flight.line_twist")]
 impl Model for LineTwist {
     type Params = LineTwistParams;

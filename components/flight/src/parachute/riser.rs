@@ -233,7 +233,7 @@ impl Riser {
     }
 }
 
-/// A riser from a canopy to the legs of a bridle on a body that turns; slack and taut are events.
+/// The riser of a parachute, from its canopy to the legs of a bridle on a rotating body; slack and taut are events.
 #[model("flight.riser")]
 impl Model for Riser {
     type Params = RiserParams;
