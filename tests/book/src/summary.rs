@@ -42,7 +42,7 @@ pub fn library_page(library: &str, names: &[String], catalogue: &Catalogue) -> S
     let mut out = format!("# {library}\n\n| model | what it is |\n|---|---|\n");
     for entry in catalogue.iter().filter(|e| names.contains(&e.description.name.to_string())) {
         let d = &entry.description;
-        let first = linkwork_runtime::doc::first_sentence(&d.doc).replace('|', "\\|");
+        let first = linkwork::runtime::doc::first_sentence(&d.doc).replace('|', "\\|");
         let _ = writeln!(out, "| [`{0}`]({0}.md) | {first} |", d.name);
     }
     out
