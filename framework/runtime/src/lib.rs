@@ -69,8 +69,9 @@ pub use plan::{
     Sum, TickWork, Variable, Via, Watched, WirePlan,
 };
 pub use ports::{
-    AddedMass, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad, HingeState, HingeTorque,
-    Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, VehicleMass, Wrench,
+    AddedMass, BallState, BallTorque, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad,
+    HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
+    SurfaceVelocity, Text, Traction, VehicleMass, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
@@ -105,12 +106,12 @@ pub mod prelude {
         Temperature, Voltage,
     };
     pub use crate::{
-        AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
-        Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle, HingeAccel, HingeLoad,
-        HingeState, HingeTorque, Lanes, Light, Model, NodeAccel, NodeState, Overlay, OverlayTile,
-        OverlayValues, PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site,
-        SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction,
-        VehicleMass, Vertical, View, World, Wrench,
+        AddedMass, Air, Atmosphere, Axes, BallState, BallTorque, BodyMass, BuildError, Clock,
+        ContactLoad, Direction, Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle,
+        HingeAccel, HingeLoad, HingeState, HingeTorque, Lanes, Light, Model, NodeAccel, NodeState,
+        Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock, Scenery, Service,
+        SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface,
+        SurfaceVelocity, Terrain, Traction, VehicleMass, Vertical, View, World, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

@@ -17,7 +17,7 @@ use linkwork_solvers::{
     CompliantLaws, ConstrainedSolver, ContactSettings, Kept, Rolling, StartError, Treatment,
     Vehicle, close_start,
 };
-use linkwork_spatial::{Pose, Quat, nalgebra};
+use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -207,6 +207,7 @@ impl Host for MechanismSpec {
         }
         spec.twice(bound, out);
         spec.touches(bound, out);
+        spec.conveys(bound, out);
         spec.check_loads(bound, out);
         let rolling = self.rolling(services, &ports, out);
         Box::new(MechanismPart::new(&spec, (gravity, rolling), ports, out.warnings))
@@ -337,6 +338,41 @@ impl MechanismSpec {
                 let name = self.multibody.get(body).name();
                 let fact = format!("`{part}`: binding `{bind}`: nothing touches `{name}`");
                 let help = "give it a shape that collides, and write `contact` in the simulation; a wheel that moves by kinematics is one of `place`";
+                out.faults.push(Fault::new(b.spec.origin, fact).help(help));
+            }
+        }
+    }
+
+    /// A part that moves the surface of a body needs one that can touch something, and is alone in saying how the surface moves.
+    fn conveys(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
+        let moves =
+            |b: &&Bound<'_>| b.ports.iter().any(|(p, _)| p.kind == PortKind::SurfaceVelocity);
+        for b in bound.iter().filter(moves) {
+            let Some(body) = super::ports::body_of(&self.multibody, &b.spec.target) else {
+                continue;
+            };
+            let (part, bind) = (&b.spec.part, &b.spec.bind);
+            let name = self.multibody.get(body).name();
+            let all = self.colliders();
+            let mut own = all.iter().flat_map(|c| c.ids().map(move |id| (c, id)));
+            let own: Vec<_> = own.by_ref().filter(|(c, id)| c.body(*id) == Some(body)).collect();
+            if own.is_empty() {
+                let fact = format!(
+                    "`{part}`: binding `{bind}`: `{name}` has no surface that touches others"
+                );
+                let help = "give it a shape that collides, and write `contact` in the simulation; a belt that stands on the ground is a body with a `Locked` hinge";
+                out.faults.push(Fault::new(b.spec.origin, fact).help(help));
+            }
+            for (colliders, id) in own {
+                let spec = colliders.spec(id);
+                if spec.surface_velocity == Vec3::zeros() {
+                    continue;
+                }
+                let fact = format!(
+                    "`{part}`: binding `{bind}` moves the surface of `{name}`, and its shape `{}` has a constant `surface_velocity`",
+                    spec.name
+                );
+                let help = "take `surface_velocity` out of the shape, or the binding out";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));
             }
         }
