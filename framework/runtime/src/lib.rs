@@ -97,7 +97,7 @@ pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
-pub use world::{Geographic, PlainWorld, Vertical, World};
+pub use world::{Geographic, PlainWorld, Vertical, World, needs_level_ground};
 
 /// What a library of models needs in scope.
 pub mod prelude {

@@ -8,8 +8,10 @@ use crate::model::BuildError;
 use crate::ports::PortKind;
 use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
-use crate::start::BodyStart;
+use crate::site::Axes;
+use crate::start::{BodyStart, Start};
 use crate::value::{Fault, Origin};
+use crate::world::World;
 use linkwork_collision::{ColliderSpec, Colliders, Material, Shape, TERRAIN, Varies};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
@@ -220,6 +222,42 @@ impl Host for MechanismSpec {
     }
 }
 
+/// A warning for a start on an orbit that passes through the central body, or inside of it: lengths without a unit are metres, and
+/// `semi_major_axis: 7000` is easily written for 7000 km. What starts in named axes or over the ground may be an ascent or an entry.
+fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> Option<Fault> {
+    if let Axes::Level(_) = world.axes() {
+        return None;
+    }
+    let r = world.relative_to_centre(&p);
+    let v = world.axes().site().map_or(v, |site| v + site.omega().cross(&r));
+    let polar = world.radius() * (1.0 - world.flattening());
+    let body = &s.body;
+    let fault = |fact: String| {
+        let help = "lengths without a unit are metres: write `semi_major_axis: \"7000 km\"`; for an ascent or an entry this is as it should be";
+        Some(Fault::new(s.origin, fact).help(help))
+    };
+    // Below the ground of any site.
+    if r.norm() < 0.99 * polar {
+        return fault(format!(
+            "body `{body}` starts {:.6e} m from the centre of the central body, whose radius is {polar:.6e} m",
+            r.norm()
+        ));
+    }
+    if matches!(s.start, Start::State { .. } | Start::Geodetic { .. }) {
+        return None;
+    }
+    let mu = world.mu()?;
+    let (h, energy) = (r.cross(&v).norm_squared(), 0.5 * v.norm_squared() - mu / r.norm());
+    let eccentricity = (1.0 + 2.0 * energy * h / (mu * mu)).max(0.0).sqrt();
+    let pericentre = h / mu / (1.0 + eccentricity);
+    if pericentre >= polar {
+        return None;
+    }
+    fault(format!(
+        "body `{body}` starts on an orbit whose pericentre is {pericentre:.6e} m from the centre of the central body, whose radius is {polar:.6e} m"
+    ))
+}
+
 impl MechanismSpec {
     /// Puts bodies where the world has their starts.
     fn begin(&mut self, services: &Services, out: &mut Lowering<'_>) {
@@ -243,6 +281,9 @@ impl MechanismSpec {
                     continue;
                 }
             };
+            if let Some(warning) = through_the_body(&*world, s, (p, v)) {
+                out.warnings.push(warning);
+            }
             let Some(body) = self.multibody.bodies().iter().find(|b| b.name() == s.body) else {
                 continue;
             };
