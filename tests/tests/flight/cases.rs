@@ -461,7 +461,7 @@ fn an_orbit_through_the_central_body_is_a_warning() {
     };
     let orbit = |axis: &str, e: f64, anomaly: &str| {
         told(&format!(
-            r#"elements: (semi_major_axis: {axis}, eccentricity: {e}, inclination: "51 deg", true_anomaly: "{anomaly}")"#
+            r#"elements: (semi_major_axis: {axis}, eccentricity: {e}, inclination: "51 deg", anomaly: "{anomaly}")"#
         ))
     };
     assert!(
