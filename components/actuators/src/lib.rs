@@ -1,5 +1,5 @@
 //! Component library: actuators. DC motors with gear, friction and brake; drives of torque, servos of rate and position; springs,
-//! dampers, stops and differentials on hinges; struts and bushings between bodies; followers that prescribe a hinge.
+//! dampers, stops and differentials on hinges; drives of ball hinges and belts; struts and bushings between bodies; followers that prescribe a hinge.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "actuators.dc_motor"`):
 //! ```
@@ -7,6 +7,8 @@
 //! assert!(catalogue.get("actuators.dc_motor").is_some());
 //! ```
 
+pub mod ball_drive;
+pub mod belt;
 pub mod bushing;
 pub mod dc_motor;
 pub mod followers;
@@ -31,5 +33,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<servo::RateServo>(),
         Entry::model::<servo::TorqueDrive>(),
         Entry::model::<servo::PositionServo>(),
+        Entry::model::<ball_drive::BallDrive>(),
+        Entry::model::<belt::Belt>(),
     ]
 }

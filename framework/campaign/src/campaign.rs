@@ -20,7 +20,9 @@ pub struct Campaign {
     retained: Option<Retained>,
     /// Names and units of the figures.
     figures: Vec<(String, String)>,
-    /// What is required of them.
+    /// Names of the phases; none for a simulation without.
+    phases: Vec<String>,
+    /// Requirements on the figures.
     aims: Vec<Aim>,
     /// Contents that every run must find: texts by name, fingerprints of data files by name.
     contents: Contents,
@@ -108,6 +110,7 @@ impl Campaign {
             streams,
             retained: None,
             figures,
+            phases: Vec::new(),
             aims: Vec::new(),
             contents: nothing,
             warnings: Vec::new(),
@@ -175,6 +178,8 @@ impl Campaign {
         })?;
         self.figures =
             prepared.figures.list.iter().map(|f| (f.name.clone(), f.unit.clone())).collect();
+        let phases = ready.program.phases.iter().map(|p| p.name.clone());
+        self.phases = phases.filter(|name| !name.is_empty()).collect();
         let mut faults = Vec::new();
         if self.form.until.is_none() && file.until.is_none() {
             let message = match file.stop_when {
@@ -345,7 +350,12 @@ impl Campaign {
         &self.figures
     }
 
-    /// What is required of them, in the order of the file.
+    /// Names of the phases of a run; none for a simulation without phases.
+    pub fn phases(&self) -> &[String] {
+        &self.phases
+    }
+
+    /// Requirements on the figures, in the order of the file.
     pub fn aims(&self) -> &[Aim] {
         &self.aims
     }

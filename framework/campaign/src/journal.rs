@@ -237,6 +237,7 @@ mod tests {
             hash: u64::MAX - run,
             wall: 0.5,
             figures: vec![y, f64::NAN, -0.0, f64::INFINITY, 5e-324],
+            phases: vec![0.0, f64::NAN],
             history: (run > 0).then_some(u32::MAX - run as u32),
         }
     }

@@ -119,6 +119,7 @@ impl<'a> Begun<'a> {
             hash: 0,
             wall: 0.0,
             figures: Vec::new(),
+            phases: Vec::new(),
             history: None,
         };
         let set = catch_unwind(AssertUnwindSafe(|| set_up(campaign, run, means)));
@@ -176,6 +177,14 @@ impl Under<'_> {
         outcome.seed = sim.plan().seed;
         outcome.time = sim.time();
         outcome.hash = sim.hash();
+        // A choice that was drawn may have other phases than the campaign.
+        let (program, entered) = (sim.program(), &sim.state().entered);
+        let began = |name: &String| {
+            let k = program.phases.iter().position(|p| p.name == *name)?;
+            entered.get(k).copied().filter(|t| t.is_finite())
+        };
+        let phases = self.campaign.phases().iter();
+        outcome.phases = phases.map(|name| began(name).unwrap_or(f64::NAN)).collect();
         let figures = self.set.runner.figures();
         outcome.figures =
             figures.map_or_else(Vec::new, |f| f.results().map(|(_, y, _)| y).collect());

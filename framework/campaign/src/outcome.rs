@@ -63,6 +63,9 @@ pub struct Outcome {
     /// Figures, in their order and units; none when it had none.
     #[serde(with = "exact_list")]
     pub figures: Vec<f64>,
+    /// When each phase of the campaign began last (s); NaN for one that has not begun. None in journals of earlier versions.
+    #[serde(with = "exact_list", default)]
+    pub phases: Vec<f64>,
     /// CRC-32 of the file of its history; `None` when it left none.
     pub history: Option<u32>,
 }
@@ -151,6 +154,7 @@ mod tests {
             hash: 0,
             wall: 0.0,
             figures: Vec::new(),
+            phases: Vec::new(),
             history: None,
         };
         let a = of("`bob.rate` became 1.5e17 at t = 0.25 s\n  help: a smaller step");

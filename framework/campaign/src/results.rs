@@ -2,7 +2,7 @@
 //!
 //! | file | a row for each | columns |
 //! |---|---|---|
-//! | `results` | run | run, ended, why, missed (where something is required), time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), figures (`NAME [UNIT]`) |
+//! | `results` | run | run, ended, why, missed (where something is required), time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), when each phase began last (`phase:NAME [s]`, NaN if it never did), figures (`NAME [UNIT]`) |
 //! | `statistics` | figure | figure, unit, n, mean, deviation, error, min, p1 … p99, max |
 //! | `sensitivity` | figure and drawn number | figure, value, rank correlation |
 //! | `requirements` | requirement | cause, figure, unit, least, most, runs that missed, share of all, runs that missed it alone |
@@ -160,6 +160,10 @@ impl Results {
                 columns
                     .push((title, Column::Text(draws.iter().map(|row| text(&row[k])).collect())));
             }
+        }
+        for (k, name) in campaign.phases().iter().enumerate() {
+            let began = outcomes.iter().map(|o| o.phases.get(k).copied().unwrap_or(f64::NAN));
+            columns.push((format!("phase:{name} [s]"), Column::Number(began.collect())));
         }
         let mut figures: Vec<(String, String, Vec<f64>)> = Vec::new();
         for (k, (name, unit)) in campaign.figures().iter().enumerate() {

@@ -3,12 +3,12 @@
 use crate::covered;
 use crate::discs::Discs;
 use crate::error::{ColliderFault, CollisionError};
-use crate::query::Hiding;
+use crate::query::{Hiding, SurfaceVelocities};
 use crate::rules::{self, WORLD};
 use crate::shape::{ColliderSpec, Detail, PairLaw, Resistance, Rules, Shape, Visibility};
 use crate::solid::Solid;
 use linkwork_multibody::names::nearest;
-use linkwork_multibody::spatial::{Pose, Vec3};
+use linkwork_multibody::spatial::Pose;
 use linkwork_multibody::{BodyId, Multibody};
 use std::sync::Arc;
 
@@ -66,7 +66,7 @@ impl Item {
     }
 }
 
-/// The colliders of a mechanism. They never change; what is hidden is kept outside ([`Hiding`]).
+/// The colliders of a mechanism. They never change; a run keeps visibility and surface velocities outside ([`Hiding`], [`SurfaceVelocities`]).
 #[derive(Debug)]
 pub struct Colliders {
     book: Arc<Book>,
@@ -75,7 +75,6 @@ pub struct Colliders {
     /// Of each pair the law, from 1 on.
     laws: Vec<u16>,
     resists: bool,
-    conveys: bool,
 }
 
 /// What [`Colliders::rebuild`] gives.
@@ -164,9 +163,8 @@ impl Colliders {
         let of_law = |l: &PairLaw| l.rolling.is_some() || l.spinning.is_some();
         let resists =
             specs.iter().any(|s| s.resistance != none) || book.rules.laws.iter().any(of_law);
-        let conveys = specs.iter().any(|s| s.surface_velocity != Vec3::zeros());
         drop(specs);
-        Self { book, items, meets, laws, resists, conveys }
+        Self { book, items, meets, laws, resists }
     }
 
     /// The same colliders and rules on another mechanism, by name: after bodies were attached or detached. Geometry is shared, not
@@ -286,10 +284,10 @@ impl Colliders {
         }
     }
 
-    /// Whether the surface of any collider moves over its body.
+    /// Returns the velocities of surfaces over their bodies when a run begins, as the specifications say.
     #[must_use]
-    pub fn conveys(&self) -> bool {
-        self.conveys
+    pub fn surface_velocities(&self) -> SurfaceVelocities {
+        SurfaceVelocities { of: self.ids().map(|i| self.spec(i).surface_velocity).collect() }
     }
 
     /// What is hidden when a run begins, as the specifications say.

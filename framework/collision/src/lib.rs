@@ -94,7 +94,7 @@ pub use drawn::{Triangles, box_of_inertia, drawn_plane, drawn_surface};
 pub use error::{ColliderFault, CollisionError, ShapeFault};
 pub use linkwork_multibody as multibody;
 pub use probe::Probe;
-pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch};
+pub use query::{Closest, ContactPoint, Distance, Hiding, Query, Scratch, SurfaceVelocities};
 pub use ray::{Ray, RayHit, Target};
 pub use rules::{TERRAIN, groups, neighbours};
 pub use shape::{

@@ -32,6 +32,33 @@ impl Hiding {
     }
 }
 
+/// Velocities of surfaces over their bodies: the part of a run's state that belongs to belts and tracks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SurfaceVelocities {
+    pub(crate) of: Vec<Vec3>,
+}
+
+impl SurfaceVelocities {
+    /// Sets the velocity of the surface of a collider, m/s, axes of its body.
+    #[track_caller]
+    pub fn set(&mut self, id: ColliderId, velocity: Vec3) {
+        self.of[id.index()] = velocity;
+    }
+
+    /// Returns the velocity of the surface of a collider, m/s, axes of its body.
+    #[must_use]
+    #[track_caller]
+    pub fn of(&self, id: ColliderId) -> Vec3 {
+        self.of[id.index()]
+    }
+
+    /// Returns whether the surface of any collider moves over its body. Costs a look at each collider.
+    #[must_use]
+    pub fn any(&self) -> bool {
+        self.of.iter().any(|v| *v != Vec3::zeros())
+    }
+}
+
 /// What is asked for.
 #[derive(Clone, Copy, Debug)]
 pub struct Query<'a> {

@@ -250,6 +250,7 @@ fn connectors(path: &str, d: &Description) -> Vec<Term> {
 fn work(path: &str, d: &Description, port: &PortSpec) -> Option<Result<Term, String>> {
     let motion = match port.kind {
         PortKind::HingeTorque => PortKind::HingeState,
+        PortKind::BallTorque => PortKind::BallState,
         PortKind::Wrench => PortKind::NodeState,
         _ => return None,
     };
@@ -261,6 +262,9 @@ fn work(path: &str, d: &Description, port: &PortSpec) -> Option<Result<Term, Str
     };
     let of = match port.kind {
         PortKind::HingeTorque => vec![product("", ".rate")],
+        PortKind::BallTorque => {
+            ["x", "y", "z"].map(|c| product(&format!(".{c}"), &format!(".rate.{c}"))).to_vec()
+        }
         _ => [(".moment", ".angular"), (".force", ".velocity")]
             .iter()
             .flat_map(|(a, b)| {

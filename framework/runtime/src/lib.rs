@@ -71,8 +71,9 @@ pub use plan::{
     Sum, TickWork, Variable, Via, Watched, WirePlan,
 };
 pub use ports::{
-    AddedMass, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad, HingeState, HingeTorque,
-    Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec, Text, Traction, VehicleMass, Wrench,
+    AddedMass, BallState, BallTorque, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad,
+    HingeState, HingeTorque, Lane, Lanes, NodeAccel, NodeState, PortKind, PortSpec,
+    SurfaceVelocity, Text, Traction, VehicleMass, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
 pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
@@ -98,7 +99,7 @@ pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
-pub use world::{Geographic, PlainWorld, Vertical, World};
+pub use world::{Geographic, PlainWorld, Vertical, World, needs_level_ground};
 
 /// What a library of models needs in scope.
 pub mod prelude {
@@ -107,12 +108,12 @@ pub mod prelude {
         Temperature, Voltage,
     };
     pub use crate::{
-        AddedMass, Air, Atmosphere, Axes, BodyMass, BuildError, Clock, ContactLoad, Direction,
-        Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle, HingeAccel, HingeLoad,
-        HingeState, HingeTorque, Lanes, Light, Model, NodeAccel, NodeState, Overlay, OverlayTile,
-        OverlayValues, PortKind, PortSpec, Rock, Scenery, Service, SharedOverlay, Shows, Site,
-        SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface, Terrain, Traction,
-        VehicleMass, Vertical, View, World, Wrench,
+        AddedMass, Air, Atmosphere, Axes, BallState, BallTorque, BodyMass, BuildError, Clock,
+        ContactLoad, Direction, Entry, Field, Files, Fired, Geographic, Gravity, Ground, Handle,
+        HingeAccel, HingeLoad, HingeState, HingeTorque, Lanes, Light, Model, NodeAccel, NodeState,
+        Overlay, OverlayTile, OverlayValues, PortKind, PortSpec, Rock, Scenery, Service,
+        SharedOverlay, Shows, Site, SizedModel, SizedPorts, Soil, Store, Sun, SunState, Surface,
+        SurfaceVelocity, Terrain, Traction, VehicleMass, Vertical, View, World, Wrench,
     };
     pub use linkwork_derive::{Params, Ports, State, field, model, service};
     pub use linkwork_spatial::{Quat, Vec3};

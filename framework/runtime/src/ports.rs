@@ -45,6 +45,12 @@ pub enum PortKind {
     HingeTorque,
     /// Prescribed acceleration of a hinge coordinate.
     HingeAccel,
+    /// Rotation and angular velocity of a ball hinge.
+    BallState,
+    /// Torque on a ball hinge.
+    BallTorque,
+    /// Velocity of the surface of a body over the body.
+    SurfaceVelocity,
 }
 
 /// What is known of a port or of a state field.
@@ -270,6 +276,13 @@ impl PortSpec {
             }
             PortKind::HingeTorque => vec![(String::new(), "N m".into())],
             PortKind::HingeAccel => vec![(String::new(), "rad/s^2".into())],
+            PortKind::BallState => {
+                let mut v = quat(".rotation").to_vec();
+                v.extend(xyz(".rate", "rad/s"));
+                v
+            }
+            PortKind::BallTorque => xyz("", "N m").to_vec(),
+            PortKind::SurfaceVelocity => xyz("", "m/s").to_vec(),
         }
     }
 }
@@ -320,7 +333,7 @@ pub trait Lanes: Sized + Send + Sync + 'static {
         let mut o = 0;
         for spec in Self::specs() {
             if let Some(w) = match spec.kind {
-                PortKind::Quaternion => Some(o + 3),
+                PortKind::Quaternion | PortKind::BallState => Some(o + 3),
                 PortKind::NodeState => Some(o + 6),
                 _ => None,
             } {
@@ -595,6 +608,30 @@ composite!(
         angle: f64 = 0,
         /// Rate (rad/s).
         rate: f64 = 1
+    }
+);
+
+composite!(
+    /// A ball hinge.
+    BallState, BallState, 7, {
+        /// Rotation of the hinge's frame on the body in its frame on the parent.
+        rotation: Quat = 0,
+        /// Angular velocity of the body in its parent, axes of the hinge's frame on the body (rad/s).
+        rate: Vec3 = 4
+    }
+);
+composite!(
+    /// The torque on a body at its ball hinge, axes of the hinge's frame on the body; the opposite acts on the parent.
+    BallTorque, BallTorque, 3, {
+        /// Torque (N m).
+        torque: Vec3 = 0
+    }
+);
+composite!(
+    /// The velocity of the surface of a body over the body, axes of the body. It acts where colliders of the body touch others, along the surface.
+    SurfaceVelocity, SurfaceVelocity, 3, {
+        /// Velocity (m/s).
+        velocity: Vec3 = 0
     }
 );
 

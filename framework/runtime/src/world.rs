@@ -213,27 +213,52 @@ impl Services {
     /// Where W turns with a planet: the path, the fact and the remedy for each gravity that brings none of the forces of that, and for a
     /// world without gravity.
     pub(crate) fn at_odds(&self) -> Vec<(String, String, String)> {
+        let mut all = self.terrains_in_space();
         let Some((first, site)) = self.iter().find_map(|(p, o)| Some((p, o.axes().site()?))) else {
-            return Vec::new();
+            return all;
         };
         let help = "use gravity of the world's body, such as `environment.point_mass_gravity`; for level ground whose rotation does not matter write `turning: false` in the `site` of `world`";
         let of_gravity =
             |(_, o): &(&str, &crate::services::ServiceObject)| o.kind() == ServiceKind::Gravity;
-        let mut all: Vec<_> = (self.iter().filter(of_gravity))
-            .filter(|(_, o)| o.axes() != Axes::Site(site))
-            .map(|(path, _)| {
+        all.extend(self.iter().filter(of_gravity).filter(|(_, o)| o.axes() != Axes::Site(site)).map(
+            |(path, _)| {
                 let fact = format!(
                     "has no centrifugal and Coriolis forces, and by `{first}` W is a site that turns with its planet"
                 );
                 (path.to_string(), fact, help.to_string())
-            })
-            .collect();
+            },
+        ));
         if !self.iter().any(|one| of_gravity(&one)) {
             let fact = "W is a site that turns with its planet, and there is no gravity with the forces of that";
             all.push((first.to_string(), fact.to_string(), help.to_string()));
         }
         all
     }
+
+    /// Terrain where W is inertial: heights along z and upward normals have no meaning there.
+    fn terrains_in_space(&self) -> Vec<(String, String, String)> {
+        let Some(world) = self.world() else { return Vec::new() };
+        if world.axes() != Axes::Inertial {
+            return Vec::new();
+        }
+        let terrains = self.iter().filter(|(_, o)| o.kind() == ServiceKind::Terrain);
+        let fact = "is ground whose height counts along z of W, and by `world` W is inertial with its origin at the centre of the body";
+        let help = "write `site` in `world`: then z of W is up there; or take the terrain out";
+        terrains.map(|(path, _)| (path.to_string(), fact.to_string(), help.to_string())).collect()
+    }
+}
+
+/// Checks that z of W is up, for a model whose ground is a plane of W.
+///
+/// # Errors
+/// W is inertial: the fact and the remedy.
+pub fn needs_level_ground(world: Option<&Handle<dyn World>>) -> Result<(), BuildError> {
+    if world.is_none_or(|w| w.axes() != Axes::Inertial) {
+        return Ok(());
+    }
+    let fact = "its ground is a plane whose height counts along z of W, and by `world` W is inertial with its origin at the centre of the body";
+    let help = "write `site` in `world`: then z of W is up there";
+    Err(BuildError::new(fact).help(help))
 }
 
 #[cfg(test)]

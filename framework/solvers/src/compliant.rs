@@ -17,7 +17,9 @@
 //! What of z is along n, after n has turned, relaxes. Without contact bristles relax. Forces are continuous where depth and normals are.
 
 use crate::contact_law::{RELAX, gives_way, normal_force};
-use linkwork_collision::{ColliderId, Colliders, ContactPoint, Query, Resistance, Scratch};
+use linkwork_collision::{
+    ColliderId, Colliders, ContactPoint, Query, Resistance, Scratch, SurfaceVelocities,
+};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{Force, Motion, Pose, Vec3};
@@ -131,11 +133,15 @@ pub struct PairLoad {
     pub point: Vec3,
     /// Sum of the normal forces, N.
     pub pressure: f64,
+    /// Power that surfaces which move over their bodies give to both bodies and to heat, W. Only compliant contact counts it; else 0.
+    pub surface_power: f64,
 }
 
 /// Forces of compliant contact for one mechanism. It holds memory, no state: bristles are the
 /// caller's, [`BRISTLE`] numbers a pair.
 pub struct CompliantContact {
+    /// Velocities of surfaces over their bodies; they may be changed between calls.
+    pub surfaces: SurfaceVelocities,
     colliders: Arc<Colliders>,
     /// Pairs that may meet, ascending, with their constants.
     pairs: Vec<((u32, u32), CompliantSettings)>,
@@ -171,6 +177,7 @@ impl CompliantContact {
         Ok(Self {
             pairs: pairs(&colliders).map(pair).collect(),
             scratch: Scratch::new(&colliders),
+            surfaces: colliders.surface_velocities(),
             points: Vec::new(),
             loads: Vec::new(),
             colliders,
@@ -203,6 +210,7 @@ impl CompliantContact {
         let query = Query::margin(0.0);
         self.colliders.contacts(&mut self.scratch, &query, poses, &mut self.points);
         self.loads.clear();
+        let surfaces = Some(&self.surfaces).filter(|s| s.any());
         let mut at = 0;
         let states = bristles.chunks_exact(BRISTLE).zip(rates.chunks_exact_mut(BRISTLE));
         for ((pair, settings), (state, rate)) in self.pairs.iter().zip(states) {
@@ -218,7 +226,7 @@ impl CompliantContact {
                 continue;
             }
             let z = Vec3::new(state[0], state[1], state[2]);
-            let extra = Surfaces::of(&self.colliders, tree, ws, touching);
+            let extra = Surfaces::of(&self.colliders, surfaces, tree, ws, touching);
             let ((z_dot, spin), load) = press(settings, &extra, tree, ws, touching, z, state[3]);
             self.loads.extend(load);
             rate[..3].copy_from_slice(z_dot.as_slice());
@@ -236,15 +244,21 @@ struct Surfaces {
 }
 
 impl Surfaces {
-    fn of(colliders: &Colliders, tree: &Tree, ws: &Workspace, points: &[ContactPoint]) -> Self {
+    fn of(
+        colliders: &Colliders,
+        surfaces: Option<&SurfaceVelocities>,
+        tree: &Tree,
+        ws: &Workspace,
+        points: &[ContactPoint],
+    ) -> Self {
         let Some(p) = points.first() else { return Self::default() };
         let mut out = Self::default();
         if colliders.resists() {
             out.resistance = colliders.resistance(p.a, p.b);
         }
-        if colliders.conveys() {
+        if let Some(surfaces) = surfaces {
             let moves = |id, body: Option<BodyId>| {
-                let s = colliders.spec(id).surface_velocity;
+                let s = surfaces.of(id);
                 body.map_or(s, |b| ws.body_rotation(tree, b) * s)
             };
             out.belt = moves(p.b, p.body_b) - moves(p.a, p.body_a);
@@ -320,12 +334,14 @@ fn press(
         return ((-z / RELAX, -theta / RELAX), None);
     }
     let limit = patch.friction * N;
-    let load = |force: Vec3| {
+    let n = patch.normal.normalize();
+    // Friction opposes v_b + s_b − v_a − s_a. Its power on s_b − s_a does not come from the motion of the bodies.
+    let load = |friction: Vec3| {
         let (body_a, body_b) = (points[0].body_a, points[0].body_b);
         let point = points[0].point + patch.center / N;
-        Some(PairLoad { body_a, body_b, force, point, pressure: N })
+        let (force, surface_power) = (patch.normal + friction, -friction.dot(&extra.belt));
+        Some(PairLoad { body_a, body_b, force, point, pressure: N, surface_power })
     };
-    let n = patch.normal.normalize();
     if extra.resistance != Resistance::default() {
         let p = &points[0];
         let (a, b) =
@@ -334,7 +350,7 @@ fn press(
         apply(tree, ws, p, &p.point, Force::new(moment, Vec3::zeros()));
     }
     if !(limit > 0.0) {
-        return ((-z / RELAX, -theta / RELAX), load(patch.normal));
+        return ((-z / RELAX, -theta / RELAX), load(Vec3::zeros()));
     }
     let offset = patch.center / N;
     let c = points[0].point + offset;
@@ -358,5 +374,5 @@ fn press(
         (F, T) = (F * (limit / size), T * (limit / size));
     }
     apply(tree, ws, p, &c, Force::new(n * T, F));
-    ((follows, theta_dot), load(patch.normal + F))
+    ((follows, theta_dot), load(F))
 }

@@ -621,3 +621,42 @@ fn a_folder_in_place_of_a_campaign_is_told_which_it_has() {
     let said = lab.linkwork(&["campaign", "empty"]).code(2);
     assert!(!said.err.contains("here `"), "{}", said.err);
 }
+
+/// When each phase began is a column, exact for each run, and a variable for figures: a weight that falls 1 m reaches it after √(2 m/g).
+#[test]
+fn times_of_phases_are_columns_and_figures() {
+    let lab = Lab::new();
+    lab.write(
+        "drop.ron",
+        r#"Simulation(
+    bodies: { "weight": (parent: "world", hinge: Slider([0, 0, 1]), mass: 1, inertia: Sphere(0.1)) },
+    parts: { "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -10] }) },
+    step: "1 ms", integrator: "dormand_prince_54", until: "0.6 s",
+    start: "high",
+    phases: { "high": (to: { "low": "weight.displacement < -1 m" }), "low": () },
+    figures: { "low from": (of: "Phases.low", take: "last", unit: "s") },
+)"#,
+    );
+    lab.write(
+        "c.ron",
+        r#"Campaign(simulation: "drop.ron", runs: 8, seed: 3, vary: { "Gravity.acceleration": [0, 0, Uniform(from: -12, to: -4)] })"#,
+    );
+    lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
+    let g = numbers(&lab, "out", "draw:Gravity.acceleration[2]");
+    let (began, figure) =
+        (column(&lab, "out", "phase:low [s]"), column(&lab, "out", "low from [s]"));
+    assert_eq!(began, figure);
+    assert_eq!(numbers(&lab, "out", "phase:high [s]"), [0.0; 8]);
+    let mut late = 0;
+    for (g, began) in g.iter().zip(&began) {
+        let want = (2.0 / -g).sqrt();
+        match began.parse::<f64>() {
+            Ok(t) if !t.is_nan() => assert!((t - want).abs() < 1e-9, "{g}: {t} for {want}"),
+            _ => {
+                assert!(want > 0.6, "{g}: {began}");
+                late += 1;
+            }
+        }
+    }
+    assert!((1..8).contains(&late), "{late}: the draws hold both cases");
+}

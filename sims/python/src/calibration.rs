@@ -222,7 +222,7 @@ impl Mechanism {
     fn identifiable_inertia(
         &self,
         py: Python<'_>,
-        seed: u64,
+        #[pyo3(from_py_with = crate::values::seed)] seed: u64,
         tolerance: f64,
     ) -> PyResult<Identifiable> {
         let least = self::tolerance(tolerance)?;

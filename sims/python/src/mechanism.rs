@@ -352,7 +352,11 @@ impl Mechanism {
     /// >>> bool((low <= x).all() and (x <= high).all())
     /// True
     #[pyo3(signature = (seed=0))]
-    fn random_q<'py>(&self, py: Python<'py>, seed: u64) -> Array1<'py> {
+    fn random_q<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = crate::values::seed)] seed: u64,
+    ) -> Array1<'py> {
         out1(py, self.core.mbs.random_q_within_limits(seed))
     }
     /// Rates or forces (nv,) without zeros, in ±(0.1 … 1), the same for the same seed. In SI units of what they are taken for.
@@ -360,7 +364,11 @@ impl Mechanism {
     /// >>> bool((arm.random_v(3) == arm.random_v(3)).all())
     /// True
     #[pyo3(signature = (seed=0))]
-    fn random_v<'py>(&self, py: Python<'py>, seed: u64) -> Array1<'py> {
+    fn random_v<'py>(
+        &self,
+        py: Python<'py>,
+        #[pyo3(from_py_with = crate::values::seed)] seed: u64,
+    ) -> Array1<'py> {
         out1(py, self.core.mbs.random_v(seed))
     }
     /// q (nq,) moved by dv (nv,) = v h (rad, m): exact for constant v.

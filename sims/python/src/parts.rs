@@ -168,7 +168,7 @@ impl Class {
 }
 
 /// Ports that bind to the mechanism under their own names: word, kind, numbers, which side.
-const BOUND: [(&str, PortKind, usize, &str); 7] = [
+const BOUND: [(&str, PortKind, usize, &str); 10] = [
     ("hinge state", PortKind::HingeState, 2, "inputs"),
     ("node state", PortKind::NodeState, 13, "inputs"),
     ("node acceleration", PortKind::NodeAccel, 6, "inputs"),
@@ -176,6 +176,9 @@ const BOUND: [(&str, PortKind, usize, &str); 7] = [
     ("hinge torque", PortKind::HingeTorque, 1, "outputs"),
     ("hinge acceleration", PortKind::HingeAccel, 1, "outputs"),
     ("wrench", PortKind::Wrench, 6, "outputs"),
+    ("ball state", PortKind::BallState, 7, "inputs"),
+    ("ball torque", PortKind::BallTorque, 3, "outputs"),
+    ("surface velocity", PortKind::SurfaceVelocity, 3, "outputs"),
 ];
 
 /// `{name: unit}` or `{name: (unit, lanes)}`.

@@ -520,7 +520,7 @@ impl Robot {
         part: &str,
         goal: Given<'_, 'py>,
         start: Option<Given<'_, 'py>>,
-        seed: u64,
+        #[pyo3(from_py_with = crate::values::seed)] seed: u64,
         step: f64,
         room: usize,
     ) -> PyResult<Array2<'py>> {

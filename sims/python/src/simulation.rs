@@ -6,7 +6,7 @@ use crate::files::{self, Ready};
 use crate::mechanism::Mechanism;
 use crate::parts;
 use crate::running::{Running, Stopped};
-use crate::values::{overrides, period, seconds};
+use crate::values::{overrides, period, seconds, seed_or_none};
 use linkwork_assembly::{BodyShape, LogRule};
 use linkwork_runner::Goal;
 use linkwork_runtime::{self as runtime, Checkpoint, Plan, Program, Seconds};
@@ -171,7 +171,7 @@ impl Simulation {
         py: Python<'_>,
         path: PathBuf,
         overrides: Option<&Bound<'_, PyDict>>,
-        seed: Option<u64>,
+        #[pyo3(from_py_with = seed_or_none)] seed: Option<u64>,
         until: Option<&Bound<'_, PyAny>>,
         models: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {

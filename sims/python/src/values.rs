@@ -14,6 +14,28 @@ pub fn pairs<'py>(given: &Bound<'py, PyDict>) -> Vec<(Bound<'py, PyAny>, Bound<'
 const DEEP: usize = 32;
 const MANY: usize = 1_000_000;
 
+/// A seed: an integer from 0 to 2⁶⁴ − 1.
+pub fn seed(given: &Bound<'_, PyAny>) -> PyResult<u64> {
+    let whole = || given.extract::<u64>();
+    // True is an integer in Python, and 3.0 is none.
+    match given.is_instance_of::<PyBool>() {
+        false => whole(),
+        true => Err(refuse("")),
+    }
+    .map_err(|_| {
+        let shown = given.repr().map_or_else(|_| "?".to_string(), |text| text.to_string());
+        refuse_with(
+            format!("`seed` is {shown}"),
+            format!("write an integer from 0 to {}, such as `seed=1`", u64::MAX),
+        )
+    })
+}
+
+/// A seed, or None for the file's.
+pub fn seed_or_none(given: &Bound<'_, PyAny>) -> PyResult<Option<u64>> {
+    if given.is_none() { Ok(None) } else { seed(given).map(Some) }
+}
+
 /// `PATH=VALUE` for each entry.
 pub fn overrides(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<String>> {
     let Some(given) = given else { return Ok(Vec::new()) };

@@ -212,6 +212,14 @@ fn move_input(spec: &PortSpec, at: usize, t: f64, out: &mut [f64]) {
             }
             .put(out);
         }
+        PortKind::BallState => {
+            let v: [(f64, f64); 3] = std::array::from_fn(wave);
+            BallState {
+                rotation: Quat::from_scaled_axis(Vec3::from_fn(|k, _| 0.1 * v[k].0)),
+                rate: Vec3::from_fn(|k, _| 0.1 * v[k].1),
+            }
+            .put(out);
+        }
         PortKind::HingeState => {
             let (angle, rate) = wave(0);
             HingeState { angle: 0.5 * angle, rate: 0.5 * rate }.put(out);

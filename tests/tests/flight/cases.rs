@@ -429,3 +429,54 @@ fn a_craft_starts_by_its_elements() {
         assert!(told.contains(part), "{part}: {told}");
     }
 }
+
+/// Terrain, legs and bags take z of W for up. With W inertial at the centre of the Earth they were accepted, and met a ground through its centre.
+#[test]
+fn ground_along_z_of_an_inertial_world_is_refused() {
+    let space = |part: &str| {
+        format!(
+            r#"Simulation(world: (body: "earth"), bodies: {{ "b": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1], initial: (position: [7000000, 0, 0], velocity: [0, 7500, 0])) }},
+            parts: {{ "Gravity": (model: "environment.point_mass_gravity"), "P": ({part}) }}, until: "1 s")"#
+        )
+    };
+    let terrain = r#"model: "environment.generated_terrain", params: { "size": [35, 35], "spacing": 0.5, "soil": { "kind": "dry_sand_rover" } }"#;
+    let leg = r#"model: "flight.crushable_leg", params: { "stages": [(stroke: 0.3, force: 400)] }, bind: { "foot": "node:b" }"#;
+    let bag = r#"model: "flight.airbag", params: { "radius": 1, "pressure": "10 kPa" }, bind: { "centre": "node:b" }"#;
+    for part in [terrain, leg, bag] {
+        refused(&space(part), &["`P`", "W is inertial", "write `site` in `world`"]);
+    }
+}
+
+/// `semi_major_axis: 7000` was taken for 7 km without a word; an orbit through the Earth is a warning too, one around it and an ascent are none.
+#[test]
+fn an_orbit_through_the_central_body_is_a_warning() {
+    let told = |initial: &str| {
+        let text = format!(
+            r#"Simulation(world: (body: "earth"), bodies: {{ "b": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1], initial: ({initial})) }},
+            parts: {{ "Gravity": (model: "environment.point_mass_gravity") }}, until: "1 s")"#
+        );
+        let sim = scene(&text, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let all: Vec<String> = sim.plan().warnings.iter().map(|w| w.message.clone()).collect();
+        all.join("\n")
+    };
+    let orbit = |axis: &str, e: f64, anomaly: &str| {
+        told(&format!(
+            r#"elements: (semi_major_axis: {axis}, eccentricity: {e}, inclination: "51 deg", anomaly: "{anomaly}")"#
+        ))
+    };
+    assert!(
+        orbit("7000", 0.001, "0 deg").contains("starts 6.99"),
+        "{}",
+        orbit("7000", 0.001, "0 deg")
+    );
+    // The pericentre of a (1 − e) = 6300 km lies 57 km below the pole.
+    let through = orbit("\"9000 km\"", 0.3, "180 deg");
+    assert!(through.contains("pericentre is 6.300000e6 m"), "{through}");
+    for fine in [orbit("\"9000 km\"", 0.29, "180 deg"), orbit("\"-9000 km\"", 1.8, "0 deg")] {
+        assert!(!fine.contains("pericentre"), "{fine}");
+    }
+    let ascent = told(
+        r#"geodetic: (latitude: "28 deg", longitude: "-80 deg", height: "50 km", velocity: [1500, 0, 300])"#,
+    );
+    assert!(!ascent.contains("central body"), "{ascent}");
+}

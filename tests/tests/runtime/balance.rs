@@ -113,6 +113,47 @@ fn propellant_that_leaves_is_missing_in_the_tank() {
     }
 }
 
+/// A drive of a ball takes what it gives to the body; a belt under a box gives μ m g times its path, of which the motion of the box is a part and the
+/// rest is heat of the contact.
+#[test]
+fn a_driven_ball_and_a_belt_close() {
+    let all = of(r#"Simulation(
+            bodies: { "b": (parent: "world", hinge: Ball, mass: 1, inertia: [0.2, 0.3, 0.4], initial: (rotation: (rpy: [0.4, 1.2, -0.7]))) },
+            gravity: "none",
+            parts: {
+                "Supply": (model: "power.ideal_supply", params: { "voltage": 24 }),
+                "Push": (model: "basics.sine", params: { "amplitude": 2, "frequency": 1 }),
+                "Drive": (model: "actuators.ball_drive", params: { "stiffness": 6, "damping": 0.3 }, bind: { "ball": "hinge:b" }),
+            },
+            connect: [("Drive.supply", "Supply.terminal")], wires: ["Push.y -> Drive.torque.y"],
+            step: "1 ms", integrator: "rk4", until: "3 s",
+        )"#);
+    let energy = &all["energy"];
+    let work = term(energy, "Mechanism", "work of parts");
+    near(term(energy, "Drive", "supply"), work, 1e-6);
+    near(term(energy, "Mechanism", "kinetic energy"), -work, 1e-4 * energy.carried);
+    assert!(energy.carried > 1.0 && energy.parts["Drive"].residual.unwrap().abs() < 1e-6);
+    let all = of(r#"Simulation(
+            bodies: {
+                "belt": (parent: "world", hinge: Locked, mass: 10, inertia: [1, 1, 1], shapes: [(shape: Box([40, 0.5, 0.1]), collide: (friction: 0.5), name: "top")]),
+                "box": (parent: "world", hinge: Free, mass: 1, inertia: Box([0.1, 0.1, 0.1]), initial: (position: [0, 0, 0.1]), shapes: [(shape: Box([0.1, 0.1, 0.1]), collide: (friction: 0.5), name: "s")]),
+            },
+            contact: (compliant: (stiffness: 1e4, damping: 5, bristle_stiffness: 2e4, bristle_damping: 50)),
+            parts: {
+                "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] }),
+                "Speed": (model: "basics.ramp", params: { "time": 0, "start": 0, "slope": 8 }),
+                "Belt": (model: "actuators.belt", params: { "direction": [1, 0, 0] }, bind: { "belt": "node:belt" }),
+            },
+            wires: ["Speed.y -> Belt.speed"], step: "0.5 ms", integrator: "rk4", until: "1 s",
+        )"#);
+    let (energy, push) = (&all["energy"], 0.5 * 9.81);
+    near(term(energy, "Mechanism", "surfaces that move over bodies"), push * 4.0, 0.05);
+    near(term(energy, "Mechanism", "kinetic energy"), -0.5 * push * push, 0.05);
+    let heat = term(energy, "Mechanism", "gravity by place and smooth contact");
+    near(heat, -push * (4.0 - 0.5 * push), 0.05);
+    near(energy.parts["Mechanism"].residual.unwrap(), 0.0, 2e-3);
+}
+
 #[test]
 fn a_motor_turns_electricity_into_work_and_heat() {
     for (method, step) in

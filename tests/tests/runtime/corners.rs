@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 /// Outputs and derivatives are smooth functions of time, states and inputs.
 const SMOOTH: &[&str] = &[
     "actuators.differential",
+    "actuators.belt",
     "actuators.spring_damper",
     "basics.constant",
     "basics.energy_meter",
@@ -49,6 +50,7 @@ const BY_ITS_INPUT: &[&str] = &[
 /// itself, and adaptive methods take shorter steps there.
 const CORNER_BY_MOTION: &[(&str, &str)] = &[
     ("actuators.angle_follower", "its greatest rate and acceleration"),
+    ("actuators.ball_drive", "its greatest torque; half a turn has no axis"),
     ("actuators.bushing", "half a turn has no axis"),
     ("actuators.dc_motor", "its greatest current, and friction that is smooth at zero"),
     ("actuators.position_servo", "its greatest torque"),

@@ -67,6 +67,9 @@ pub struct BodyIn {
     /// Gust over the wind, W, as of `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
+    /// Angular velocity of the air over `air_rate`, W, as `rotation` of `flight.gusts`.
+    #[port("rad/s", default = Vec3::zeros())]
+    pub gust_rate: Vec3,
 }
 
 /// Load and flow.
@@ -233,7 +236,8 @@ pub struct Axisymmetric {
 impl Axisymmetric {
     /// The flow, and how far inside the tables it is; an axis of angles that begins at 0 has no lower end.
     fn air(&self, t: f64, u: &BodyIn) -> (AirData, f64) {
-        let data = AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate, &u.gust);
+        let data =
+            AirData::met(&self.p.atmosphere, t, &u.body, &(self.p.air_rate + u.gust_rate), &u.gust);
         let (angles, table) = (&self.p.angles, &self.tables[0]);
         let (first, last) = (angles[0], angles[angles.len() - 1]);
         if first > 0.0 || last == first {
@@ -376,7 +380,13 @@ mod tests {
     fn at(m: &Axisymmetric, v: Vec3, angular: Vec3) -> AxisymmetricOut {
         let body = NodeState { velocity: v, angular, ..NodeState::identity() };
         let (x, d) = (Heat { load: 0.0 }, Left { outside: false });
-        m.direct(&Clock::at(0.0, 0.01, 0), &x, &d, &BodyIn { body, gust: Vec3::zeros() }, &())
+        m.direct(
+            &Clock::at(0.0, 0.01, 0),
+            &x,
+            &d,
+            &BodyIn { body, gust: Vec3::zeros(), gust_rate: Vec3::zeros() },
+            &(),
+        )
     }
 
     #[test]
@@ -452,7 +462,7 @@ mod tests {
         // What a step finds that is tried beyond; the run stops by what is said.
         assert_eq!(at(&capsule(Outside::Stop), v, Vec3::zeros()), clamped);
         let body = NodeState { velocity: v, ..NodeState::identity() };
-        let u = BodyIn { body, gust: Vec3::zeros() };
+        let u = BodyIn { body, gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
         let (c, x, d) = (Clock::at(0.0, 0.01, 0), Heat { load: 3.0 }, Left { outside: false });
         for (outside, stops) in [(Outside::Clamp, false), (Outside::Stop, true)] {
             let m = capsule(outside);

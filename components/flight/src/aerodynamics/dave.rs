@@ -131,6 +131,9 @@ pub struct DaveIn {
     /// Gust over the wind, W, as of `flight.gusts`.
     #[port("m/s", default = Vec3::zeros())]
     pub gust: Vec3,
+    /// Angular velocity of the air over `air_rate`, W, as `rotation` of `flight.gusts`.
+    #[port("rad/s", default = Vec3::zeros())]
+    pub gust_rate: Vec3,
 }
 
 /// Load and flow.
@@ -245,7 +248,7 @@ impl DaveAerodynamics {
 
     /// The flow at the node.
     fn air(&self, t: f64, u: &DaveIn) -> AirData {
-        AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate, &u.gust)
+        AirData::met(&self.p.atmosphere, t, &u.body, &(self.p.air_rate + u.gust_rate), &u.gust)
     }
 
     fn inside(&self, t: f64, u: &DaveIn) -> f64 {

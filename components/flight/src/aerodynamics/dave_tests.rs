@@ -41,7 +41,7 @@ fn at(m: &DaveAerodynamics, alpha: f64, elevator: f64) -> DaveOut {
     let body = NodeState { velocity, ..NodeState::identity() };
     let mut controls = [0.0; CONTROLS];
     controls[0] = elevator;
-    let u = DaveIn { body, controls, gust: Vec3::zeros() };
+    let u = DaveIn { body, controls, gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
     m.direct(&Clock::at(0.0, 0.01, 0), &(), &Left { outside: false }, &u, &())
 }
 
@@ -62,7 +62,8 @@ fn units_axes_and_controls_are_those_of_the_file() {
     assert!((end.force_coefficient.norm() - beyond.force_coefficient.norm()).abs() < 1e-12);
     let velocity = Vec3::new(0.5f64.cos(), 0.0, 0.5f64.sin()) * 100.0;
     let body = NodeState { velocity, ..NodeState::identity() };
-    let u = DaveIn { body, controls: [0.0; CONTROLS], gust: Vec3::zeros() };
+    let u =
+        DaveIn { body, controls: [0.0; CONTROLS], gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
     let (c, d) = (Clock::at(0.0, 0.01, 0), Left { outside: false });
     assert!(m.guards(&c, &(), &d, &(), &u, &()).outside > 0.0);
     let told = m.tells(&c, Fired::rising(LEAVES), &(), &d, &(), &u, &()).unwrap();
@@ -189,7 +190,7 @@ fn lift_and_drag(p: DaveParams, z: f64, speed: f64, alpha: f64, controls: &[f64]
     let body = NodeState { position: Vec3::z() * z, velocity, ..NodeState::identity() };
     let mut all = [0.0; CONTROLS];
     all[..controls.len()].copy_from_slice(controls);
-    let u = DaveIn { body, controls: all, gust: Vec3::zeros() };
+    let u = DaveIn { body, controls: all, gust: Vec3::zeros(), gust_rate: Vec3::zeros() };
     let y = m.direct(&Clock::at(0.0, 0.01, 0), &(), &Left { outside: false }, &u, &());
     let f = y.force_coefficient;
     [f.x * s - f.z * c, -f.x * c - f.z * s]

@@ -8,10 +8,11 @@
 //! The first sample is of air that has been gusty for ever.
 //!
 //! MIL-F-8785C gives intensities up to 80 000 ft (24 384 m): above that height the gusts are zero. With `length` and `sigma` gusts blow at every height.
-//! The gust is one velocity for the whole vehicle: rotation of the air over its span (p, q, r of MIL-F-8785C) is not modelled.
+//! The parameter `span` adds the rotation of the air over the width of the vehicle, by the spectra of p, q and r of MIL-F-8785C
+//! (`framework/world/src/atmosphere/dryden_rates.rs`): wire `rotation` to `gust_rate` of the models that damp its rates.
 
 use linkwork_runtime::prelude::*;
-use linkwork_world::atmosphere::{Dryden, DrydenState, Turbulence};
+use linkwork_world::atmosphere::{Dryden, DrydenRates, DrydenState, Turbulence};
 
 /// Intensity of the gusts, and the air.
 #[derive(Params, Clone, Debug)]
@@ -28,6 +29,9 @@ pub struct GustParams {
     /// σ_u, σ_v, σ_w at every height, instead of those of MIL-F-8785C; with `length`.
     #[param(unit = "m/s")]
     pub sigma: Option<Vec3>,
+    /// Span b of the vehicle, for the rotation of the air. Default: the air does not rotate.
+    #[param(unit = "m", range = 1e-3..)]
+    pub span: Option<f64>,
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
@@ -53,6 +57,9 @@ pub struct GustOut {
     /// Velocity of the gust over the wind, W.
     #[port("m/s")]
     pub velocity: Vec3,
+    /// Angular velocity of the air over the span of the vehicle, W; zero without `span`.
+    #[port("rad/s")]
+    pub rotation: Vec3,
 }
 
 /// States of the filters, and the gust that they gave.
@@ -67,6 +74,9 @@ pub struct GustState {
     /// Of the vertical filter.
     #[port("1")]
     pub w: [f64; 2],
+    /// States of the low-pass filters for the rotation of the air: roll, vertical gust, sideways gust.
+    #[port("1")]
+    pub rates: [f64; 3],
     /// The filters have begun.
     #[port]
     pub begun: bool,
@@ -108,6 +118,20 @@ impl Gusts {
         self.fixed.or_else(|| Turbulence::mil_f_8785c(height, p.wind_20ft, p.sigma_high).ok())
     }
 
+    /// Returns the filters as the last step left them; at the first sample, a draw from air that has been gusty for ever.
+    fn present(&self, c: &Clock, d: &GustState, t: &Turbulence) -> (DrydenState, DrydenRates) {
+        if d.begun {
+            let [p, w, v] = d.rates;
+            return (filters(d), DrydenRates { p, w, v });
+        }
+        let noise = normals(c, FIRST);
+        let rates = self
+            .p
+            .span
+            .map(|span| DrydenRates::stationary(t, span, &noise, &normals(c, FIRST_RATES)));
+        (Dryden::stationary(&noise), rates.unwrap_or_default())
+    }
+
     /// Velocity through the air without the gust, m/s, W.
     fn through(&self, t: f64, body: &NodeState) -> Vec3 {
         body.velocity - self.p.atmosphere.air(t, body.position).wind
@@ -144,26 +168,34 @@ impl Model for Gusts {
     }
     fn direct(&self, c: &Clock, _: &(), d: &GustState, u: &GustIn) -> GustOut {
         let through = self.through(c.t, &u.body);
-        let state = if d.begun { filters(d) } else { Dryden::stationary(&normals(c, FIRST)) };
         let up = -self.p.gravity.acceleration(c.t, u.body.position);
-        let velocity = match self.turbulence(u.height) {
-            Some(turbulence) => {
-                let gust = Dryden::gust(&state, &turbulence);
-                let [e, left, across] = axes(&through, &up);
-                e * gust.x + left * gust.y + across * gust.z
-            }
-            None => Vec3::repeat(f64::NAN),
+        let Some(turbulence) = self.turbulence(u.height) else {
+            let none = Vec3::repeat(f64::NAN);
+            return GustOut { velocity: none, rotation: none };
         };
-        GustOut { velocity }
+        let (state, rates) = self.present(c, d, &turbulence);
+        let [e, left, across] = axes(&through, &up);
+        let turned = |x: Vec3| e * x.x + left * x.y + across * x.z;
+        let rotation = match self.p.span {
+            Some(span) => turned(rates.rotation(&state, &turbulence, span)),
+            None => Vec3::zeros(),
+        };
+        GustOut { velocity: turned(Dryden::gust(&state, &turbulence)), rotation }
     }
     fn update(&self, c: &Clock, _: &(), d: &GustState, _: &(), u: &GustIn) -> GustState {
-        let now = if d.begun { filters(d) } else { Dryden::stationary(&normals(c, FIRST)) };
         let speed = self.through(c.t, &u.body).norm();
-        let next = match self.turbulence(u.height) {
-            Some(t) => Dryden::step(&now, &t, speed, c.dt, &normals(c, 0)),
-            None => now,
+        let Some(t) = self.turbulence(u.height) else {
+            let now = if d.begun { filters(d) } else { Dryden::stationary(&normals(c, FIRST)) };
+            return GustState { u: now.u, v: now.v, w: now.w, rates: d.rates, begun: true };
         };
-        GustState { u: next.u, v: next.v, w: next.w, begun: true }
+        let ((now, rates), noise) = (self.present(c, d, &t), normals(c, 0));
+        let next = Dryden::step(&now, &t, speed, c.dt, &noise);
+        let rates = match self.p.span {
+            Some(span) => rates.step(&now, (&t, span), (speed, c.dt), &noise, &normals(c, RATES)),
+            None => rates,
+        };
+        let rates = [rates.p, rates.w, rates.v];
+        GustState { u: next.u, v: next.v, w: next.w, rates, begun: true }
     }
     fn remarks(&self, _: &Clock, _: &(), _: &GustState, _: &(), u: &GustIn) -> Vec<BuildError> {
         if self.fixed.is_some() || u.height <= TOP {
@@ -178,10 +210,12 @@ impl Model for Gusts {
     }
 }
 
-/// Lanes of the noise that the filters begin with, after those of a step.
+/// Lanes of noise: of the start of the gusts, of a step of the rotation of the air, and of its start.
 const FIRST: u32 = 5;
+const RATES: u32 = 10;
+const FIRST_RATES: u32 = 13;
 
-fn normals(c: &Clock, lane: u32) -> [f64; 5] {
+fn normals<const N: usize>(c: &Clock, lane: u32) -> [f64; N] {
     std::array::from_fn(|k| c.normal(lane + k as u32))
 }
 
@@ -214,6 +248,7 @@ mod tests {
             sigma_high: 1.5,
             length: fixed.map(|f| f.0),
             sigma: fixed.map(|f| f.1),
+            span: None,
             atmosphere: Handle::new("air", Arc::new(Windy) as Arc<dyn Atmosphere>),
             gravity: Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>),
         })
@@ -269,6 +304,27 @@ mod tests {
         }
         let sigma = (sums / n as f64).map(f64::sqrt);
         assert!((sigma - Vec3::new(1.0, 2.0, 3.0)).abs().max() < 0.06, "{sigma}");
+    }
+
+    /// The air of a wing of 20 m rotates with σ_p² = 0.8 (π L/4b)^⅓ π²/(8 b L) σ_w² about the flight; the gusts are those without a span.
+    #[test]
+    fn the_air_rotates_about_the_axes_of_the_flight() {
+        let fixed = Some((Vec3::repeat(300.0), Vec3::new(1.0, 2.0, 3.0)));
+        let (plain, u, dt, pi) = (gusts(fixed), flying(f64::NAN), 0.1, std::f64::consts::PI);
+        let wide = Gusts::build(GustParams { span: Some(20.0), ..plain.p.clone() }).unwrap();
+        let (mut a, mut b, mut squares, n) = (GustState::zero(), GustState::zero(), 0.0, 100_000);
+        for k in 0..n {
+            let c = Clock::at(k as f64 * dt, dt, k);
+            let y = wide.direct(&c, &(), &a, &u, &());
+            let without = plain.direct(&c, &(), &b, &u, &());
+            assert_eq!((y.velocity, Vec3::zeros()), (without.velocity, without.rotation));
+            // The flight is along y.
+            squares += y.rotation.y * y.rotation.y;
+            a = wide.update(&c, &(), &a, &(), &u, &mut ());
+            b = plain.update(&c, &(), &b, &(), &u, &mut ());
+        }
+        let want: f64 = 9.0 * 0.8 * (pi * 300.0 / 80.0).cbrt() * pi * pi / (8.0 * 20.0 * 300.0);
+        assert!((squares / n as f64 / want - 1.0).abs() < 0.03, "{} {want}", squares / n as f64);
     }
 
     #[test]

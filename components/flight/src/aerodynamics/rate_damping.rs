@@ -21,6 +21,9 @@ pub struct RateDampingIn {
     /// Node with the axes of the damping.
     #[port(bind = "body")]
     pub body: NodeState,
+    /// Rate of the air over `against`, W, as `rotation` of gusts.
+    #[port("rad/s", default = Vec3::zeros())]
+    pub gust_rate: Vec3,
 }
 
 /// The moment.
@@ -52,7 +55,7 @@ impl Model for RateDamping {
     }
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &RateDampingIn) -> RateDampingOut {
         let R = u.body.rotation;
-        let rate = R.inverse() * (u.body.angular - self.p.against);
+        let rate = R.inverse() * (u.body.angular - self.p.against - u.gust_rate);
         let moment = R * -rate.component_mul(&self.p.damping);
         RateDampingOut { load: Wrench { moment, force: Vec3::zeros() } }
     }
@@ -70,10 +73,14 @@ mod tests {
         let rate = Vec3::new(0.1, -0.2, 0.4);
         let angular = rotation * rate + Vec3::z();
         let body = NodeState { rotation, angular, ..NodeState::identity() };
-        let y = m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), &RateDampingIn { body }, &());
+        let at = |u: &RateDampingIn| m.direct(&Clock::at(0.0, 0.01, 0), &(), &(), u, &());
+        let y = at(&RateDampingIn { body, gust_rate: Vec3::zeros() });
         let want = rotation * Vec3::new(-0.9, 3.0, 0.0);
         assert!((y.load.moment - want).norm() < 1e-14);
         assert!(y.load.moment.dot(&(rotation * rate)) < 0.0);
+        // No moment acts on a body that rotates with the air.
+        let with = at(&RateDampingIn { body, gust_rate: rotation * rate });
+        assert!(with.load.moment.norm() < 1e-14);
         let p = RateDampingParams { damping: Vec3::new(1.0, -1.0, 0.0), against: Vec3::zeros() };
         assert!(RateDamping::build(p).is_err_and(|e| e.param.as_deref() == Some("damping")));
     }

@@ -73,7 +73,8 @@ pub struct SphereConeShell {
 impl SphereConeShell {
     /// The flow, and how far below the half-angle it is, as a share of it, or above Mach 1.
     fn air(&self, t: f64, u: &BodyIn) -> (AirData, f64) {
-        let data = AirData::met(&self.p.atmosphere, t, &u.body, &self.p.air_rate, &u.gust);
+        let data =
+            AirData::met(&self.p.atmosphere, t, &u.body, &(self.p.air_rate + u.gust_rate), &u.gust);
         let by_angle = (self.p.half_angle - data.alpha_total()) / self.p.half_angle;
         // Without air the Mach number says nothing.
         let fast = if data.density > 0.0 { data.mach - 1.0 } else { by_angle };
@@ -217,7 +218,7 @@ mod tests {
         let rotation = Quat::from_euler_angles(0.3, -1.1, 0.7);
         let (velocity, angular) = (rotation * velocity, rotation * angular);
         let body = NodeState { rotation, velocity, angular, ..NodeState::identity() };
-        BodyIn { body, gust: Vec3::zeros() }
+        BodyIn { body, gust: Vec3::zeros(), gust_rate: Vec3::zeros() }
     }
 
     fn at(m: &SphereConeShell, u: &BodyIn) -> AxisymmetricOut {

@@ -11,6 +11,7 @@
 //! flat: its volume stays there, and the run warns, because the bag does not know whether the lander's hull is on the ground. Gas that has left
 //! does not come back: after the vent a second bounce is softer.
 
+use linkwork_runtime::needs_level_ground;
 use linkwork_runtime::prelude::*;
 
 /// A bag.
@@ -43,6 +44,9 @@ pub struct AirbagParams {
     /// Height of the ground, W.
     #[param(unit = "m", default = 0.0)]
     pub ground: f64,
+    /// The world: z of W has to be up in it.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The centre.
@@ -155,6 +159,7 @@ impl Model for Airbag {
     type D = Vent;
     type G = Opening;
     fn build(p: AirbagParams) -> Result<Self, BuildError> {
+        needs_level_ground(p.world.as_ref())?;
         if p.pressure < p.ambient {
             let fact = format!(
                 "the bag has {} Pa inside and {} Pa outside: it would collapse",
@@ -253,6 +258,7 @@ mod tests {
                 gas_constant: 296.8,
                 temperature: 280.0,
                 ground: 0.0,
+                world: None,
             },
         }
     }

@@ -14,6 +14,7 @@
 //! state: it follows ċ = max(0, (F_free − F_stage)/d_c), a fast creep that keeps the force at the stage
 //! within d_c ċ; d_u does the same for friction, and what stands on a slope stays there. In the air z fades with d_u/k_t. Touching and leaving the ground are events. Off the map of a terrain there is no ground.
 
+use linkwork_runtime::needs_level_ground;
 use linkwork_runtime::prelude::*;
 
 /// A stage of honeycomb.
@@ -65,6 +66,9 @@ pub struct LegParams {
     /// The ground, when there is one and `ground` is not written.
     #[param(service)]
     pub terrain: Option<Handle<dyn Terrain>>,
+    /// The world: z of W has to be up in it.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The foot.
@@ -237,6 +241,7 @@ impl Model for CrushableLeg {
     type X = Crush;
     type G = Touch;
     fn build(p: LegParams) -> Result<Self, BuildError> {
+        needs_level_ground(p.world.as_ref())?;
         if p.pad.is_some() && (p.terrain.is_none() || p.ground.is_some()) {
             return Err(BuildError::new(
                 "a pad sinks into the soil of a terrain, and the ground is a plane",
@@ -304,6 +309,7 @@ mod tests {
                 slip: Some(1.0),
                 pad: None,
                 terrain: None,
+                world: None,
             },
         }
     }

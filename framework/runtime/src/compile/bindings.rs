@@ -4,7 +4,7 @@ use super::connect::Connections;
 use super::host::{Bound, End, Lowering};
 use crate::block::{Prototype, Wiring};
 use crate::field::BINDING;
-use crate::ports::PortKind;
+use crate::ports::{PortKind, PortSpec};
 use crate::scenery::TO_NODE;
 use crate::services::Services;
 use crate::spec::{BindSpec, BindTarget, PartSpec, Spec};
@@ -67,7 +67,10 @@ pub(super) fn bind(
 pub(super) fn uncommanded(parts: &[Part<'_>], c: &Connections, warnings: &mut Vec<Fault>) {
     for (k, part) in parts.iter().enumerate() {
         let d = part.prototype.description();
-        if !d.all_outputs().any(|p| p.kind == PortKind::HingeTorque && p.bind.is_some()) {
+        let drives = |p: &PortSpec| {
+            matches!(p.kind, PortKind::HingeTorque | PortKind::BallTorque) && p.bind.is_some()
+        };
+        if !d.all_outputs().any(drives) {
             continue;
         }
         let own: Vec<(usize, &str)> = (d.all_inputs())

@@ -1,10 +1,11 @@
 //! Accounts of the mechanism in the balance of energy.
 //!
 //! ```text
-//! d/dt (T + V) = Σ work of parts + P_hinges + P_field + P_given
+//! d/dt (T + V) = Σ work of parts + P_hinges + P_field + P_surface + P_given
 //! T          ½ βᵀ M β                V    −m g · c in uniform gravity
 //! P_hinges   damping, friction and stops of hinges: τ β
-//! P_field    gravity that depends on place and smooth contact: f · v of all external forces, less the wrenches of parts
+//! P_field    gravity that depends on place and smooth contact: f · v of all external forces, less the wrenches of parts and P_surface
+//! P_surface  surfaces that move over their bodies, smooth contact: friction times their velocity
 //! P_given    prescribed hinges: the torque that their motion takes, times their rate
 //! ```
 //! Impulses of contact, masses that change, prescribed gaps of loops and machines that move by kinematics are not counted: their energy is the
@@ -26,6 +27,7 @@ pub(super) fn of(plan: &MechanismPlan) -> OwnAccounts {
         account("friction and stops of hinges", Account::Gained),
         account("gravity by place and smooth contact", Account::Gained),
         account("prescribed motions", Account::Gained),
+        account("surfaces that move over bodies", Account::Gained),
     ];
     let unknown = [
         (plan.contact.is_some(), "contact by impulses"),
@@ -58,14 +60,16 @@ impl MechanismBlock {
         plan.joints.add(q, v, &mut self.dv);
         let hinges: f64 = self.dv.iter().zip(v).map(|(t, v)| t * v).sum();
         let (mut field, mut given) = (f64::NAN, f64::NAN);
+        let loads = self.compliant.iter().flat_map(|c| c.loads());
+        let surfaces: f64 = loads.map(|load| load.surface_power).sum();
         if evaluated && !steps {
-            field = self.ws.external_power() - self.work_of_parts(sig);
+            field = self.ws.external_power() - self.work_of_parts(sig) - surfaces;
             let each = plan.prescribed.iter().zip(&self.tau).zip(v).filter(|((is, _), _)| **is);
             given = each.map(|((_, t), v)| t * v).sum();
         } else if steps {
             (field, given) = (0.0, 0.0);
         }
-        out.copy_from_slice(&[kinetic, potential, hinges, field, given]);
+        out.copy_from_slice(&[kinetic, potential, hinges, field, given, surfaces]);
     }
 
     /// Power of the wrenches that parts exert (W).

@@ -218,9 +218,22 @@ impl MechanismBlock {
             }
         }
         let (torques, others) = others.split_at(plan.ports.torques.len());
+        let (balls, others) = others.split_at(3 * plan.ports.ball_torques.len());
+        let (surfaces, others) = others.split_at(3 * plan.ports.surfaces.len());
         let (motions, loops) = others.split_at(plan.ports.motions.len());
         for (v, lane) in plan.ports.torques.iter().zip(torques) {
             self.tau[*v as usize] = sig[*lane as usize];
+        }
+        for (v, lanes) in plan.ports.ball_torques.iter().zip(balls.as_chunks::<3>().0) {
+            for (k, lane) in lanes.iter().enumerate() {
+                self.tau[*v as usize + k] = sig[*lane as usize];
+            }
+        }
+        if let Some(of) = touch::surfaces(&mut self.stepper, &mut self.compliant) {
+            for (ids, lanes) in plan.belts.iter().zip(surfaces.as_chunks::<3>().0) {
+                let velocity = Vec3::from_fn(|k, _| sig[lanes[k] as usize]);
+                ids.iter().for_each(|id| of.set(*id, velocity));
+            }
         }
         plan.joints.add(q, &rest[..nv], &mut self.tau);
         for (v, lane) in plan.ports.motions.iter().zip(motions) {
@@ -341,6 +354,12 @@ impl Block for MechanismBlock {
             let from = motions + 2 * i as usize;
             sig[lane..lane + 2].copy_from_slice(&x[from..from + 2]);
             lane += 2;
+        }
+        for &(iq, iv) in &plan.ports.balls {
+            let (iq, iv) = (iq as usize, iv as usize);
+            sig[lane..lane + 4].copy_from_slice(&q[iq..iq + 4]);
+            sig[lane + 4..lane + 7].copy_from_slice(&v[iv..iv + 3]);
+            lane += 7;
         }
         for frame in &plan.ports.bodies {
             frame.mass(&plan.multibody).put(&mut sig[lane..]);

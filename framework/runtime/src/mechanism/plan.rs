@@ -13,7 +13,7 @@ use crate::model::{Description, Functions, Turning};
 use crate::ports::{PortKind, PortSpec};
 use crate::services::{Gravity, Terrain};
 use crate::value::{Fault, Origin, Value};
-use linkwork_collision::{Colliders, TERRAIN};
+use linkwork_collision::{ColliderId, Colliders, TERRAIN};
 use linkwork_dynamics::{
     DynamicsError, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
 };
@@ -66,6 +66,8 @@ pub struct MechanismPlan {
     bristles: usize,
     /// Bodies with a collider, or that roll.
     pub(super) touched: Vec<BodyId>,
+    /// Colliders of each body whose surface velocity comes from a part, in the order of the ports.
+    pub(super) belts: Vec<Vec<ColliderId>>,
     /// Pairs of bodies whose contact force is reported; the second may be the world.
     pub(super) pairs: Vec<touch::Pair>,
     /// Hinges whose load is computed.
@@ -140,6 +142,7 @@ impl MechanismPart {
             compliant: spec.compliant.clone(),
             bristles: spec.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0)),
             touched: spec.touched(),
+            belts: touch::belts(&ports.surfaces, spec.colliders()),
             pairs: spec.pairs(),
             loads: spec.loads(&ports),
             vehicles: super::vehicles::members(&spec.multibody, &ports.vehicles),
@@ -196,7 +199,9 @@ impl Prototype for MechanismPart {
     }
     fn driven_rates(&self) -> Vec<usize> {
         let first = self.plan.x + self.plan.multibody.nq();
-        self.plan.ports.torques.iter().map(|v| first + *v as usize).collect()
+        let ports = &self.plan.ports;
+        let balls = ports.ball_torques.iter().flat_map(|v| *v..*v + 3);
+        ports.torques.iter().copied().chain(balls).map(|v| first + v as usize).collect()
     }
     fn settle(&mut self, wiring: &Wiring) -> Result<(), Fault> {
         let Some(plan) = Arc::get_mut(&mut self.plan) else { return Ok(()) };

@@ -49,8 +49,14 @@ pub struct MechanismPorts {
     pub masses: Vec<Frame>,
     /// Frames that wrenches act on (6 lanes each).
     pub wrenches: Vec<Frame>,
+    /// Balls that are read: places of their rotation in q and of their rate in v (7 lanes each).
+    pub balls: Vec<(u32, u32)>,
     /// Places in v that torques act on.
     pub torques: Vec<u32>,
+    /// First places in v of balls that torques act on (3 lanes each).
+    pub ball_torques: Vec<u32>,
+    /// Bodies whose surface moves over them (3 lanes each).
+    pub surfaces: Vec<BodyId>,
     /// Places in v whose acceleration is prescribed.
     pub motions: Vec<u32>,
     /// Loop motions whose acceleration is prescribed.
@@ -63,6 +69,7 @@ pub struct MechanismPorts {
 enum Target {
     Node(Frame),
     Hinge { q: u32, v: u32, kind: SubhingeKind },
+    Ball { q: u32, v: u32 },
     Loop(u32),
 }
 
@@ -84,7 +91,9 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
     let (mut ports, mut known) = (MechanismPorts::default(), Known::new());
     for b in bound {
         let (part, bind, origin) = (&b.spec.part, &b.spec.bind, b.spec.origin);
-        let target = match resolve(mb, &b.spec.target) {
+        let ball = |p: &PortSpec| matches!(p.kind, PortKind::BallState | PortKind::BallTorque);
+        let wants = if b.ports.iter().any(|(p, _)| ball(p)) { Wants::Ball } else { Wants::Any };
+        let target = match resolve(mb, &b.spec.target, wants) {
             Ok(target) => target,
             Err((fact, help)) => {
                 let fact = format!("`{part}`: binding `{bind}`: {fact}");
@@ -99,7 +108,7 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
             BindTarget::Field(path) => format!("field {path}"),
         };
         for (port, end) in &b.ports {
-            if let Target::Hinge { v, .. } = &target {
+            if let Target::Hinge { v, .. } | Target::Ball { v, .. } = &target {
                 treatment(b, (port, prescribed[*v as usize]), &label, out);
             }
             quantity(mb, b, (port, &target), out);
@@ -140,7 +149,7 @@ fn treatment(
 ) {
     let (part, bind, origin) = (&b.spec.part, &b.spec.bind, b.spec.origin);
     match port.kind {
-        PortKind::HingeTorque if prescribed => {
+        PortKind::HingeTorque | PortKind::BallTorque if prescribed => {
             let fact = format!(
                 "`{part}`: binding `{bind}`: `{label}` is prescribed, so its torque moves nothing"
             );
@@ -176,7 +185,7 @@ fn quantity(
                 l.closure.hinge.subhinges.iter().filter(given).nth(which).map(|s| s.kind)
             })
         }
-        Target::Node(_) => None,
+        Target::Node(_) | Target::Ball { .. } => None,
     };
     let Some(kind) = kind else { return };
     let (is, moves) = match kind {
@@ -240,6 +249,16 @@ impl MechanismPorts {
             (PortKind::HingeTorque, Target::Hinge { v, .. }) => {
                 add(known, &mut self.torques, *v, format!("torque:{v}"))
             }
+            (PortKind::BallState, Target::Ball { q, v }) => {
+                add(known, &mut self.balls, (*q, *v), format!("ball:{v}"))
+            }
+            (PortKind::BallTorque, Target::Ball { v, .. }) => {
+                add(known, &mut self.ball_torques, *v, format!("ball_torque:{v}"))
+            }
+            (PortKind::SurfaceVelocity, Target::Node(f)) => {
+                let body = f.body(mb);
+                add(known, &mut self.surfaces, body, format!("surface:body:{}", body.index()))
+            }
             (PortKind::HingeAccel, Target::Hinge { v, .. }) => {
                 add(known, &mut self.motions, *v, format!("motion:{v}"))
             }
@@ -257,6 +276,7 @@ impl MechanismPorts {
                 | PortKind::BodyMass
                 | PortKind::Traction
                 | PortKind::ContactLoad
+                | PortKind::SurfaceVelocity
                 | PortKind::HingeLoad
                 | PortKind::VehicleMass,
                 _,
@@ -273,6 +293,8 @@ impl MechanismPorts {
         moore.extend(self.states.iter().map(|f| port("state", *f, PortKind::NodeState, 13)));
         moore.extend(self.hinges.iter().map(|(_, v)| hinge_state(format!("hinge:{v}"))));
         moore.extend(self.loop_states.iter().map(|i| hinge_state(format!("loop:{i}"))));
+        let ball = |v: &u32| PortSpec::named(format!("ball:{v}"), PortKind::BallState, 7);
+        moore.extend(self.balls.iter().map(|(_, v)| ball(v)));
         moore.extend(self.bodies.iter().map(|f| port("body", *f, PortKind::BodyMass, 10)));
         let inputs = &mut d.direct_inputs;
         let mass = |f: &Frame| port("mass", *f, PortKind::AddedMass, 10).summed();
@@ -282,6 +304,13 @@ impl MechanismPorts {
         let torque =
             |v: &u32| PortSpec::named(format!("torque:{v}"), PortKind::HingeTorque, 1).summed();
         inputs.extend(self.torques.iter().map(torque));
+        let torque =
+            |v: &u32| PortSpec::named(format!("ball_torque:{v}"), PortKind::BallTorque, 3).summed();
+        inputs.extend(self.ball_torques.iter().map(torque));
+        let surface = |b: &BodyId| {
+            PortSpec::named(format!("surface:body:{}", b.index()), PortKind::SurfaceVelocity, 3)
+        };
+        inputs.extend(self.surfaces.iter().map(surface));
         let motion = |name: String| PortSpec::named(name, PortKind::HingeAccel, 1);
         inputs.extend(self.motions.iter().map(|v| motion(format!("motion:{v}"))));
         inputs.extend(self.loop_motions.iter().map(|i| motion(format!("loop_motion:{i}"))));
@@ -323,13 +352,22 @@ fn hinge_state(name: String) -> PortSpec {
 
 /// The body of a target that is a node.
 pub(super) fn body_of(mb: &Multibody, target: &BindTarget) -> Option<BodyId> {
-    match resolve(mb, target) {
+    match resolve(mb, target, Wants::Any) {
         Ok(Target::Node(frame)) => Some(frame.body(mb)),
         _ => None,
     }
 }
 
-fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, String)> {
+/// Which coordinates of a hinge a binding is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Wants {
+    /// Those of one degree of freedom.
+    Any,
+    /// Its ball.
+    Ball,
+}
+
+fn resolve(mb: &Multibody, target: &BindTarget, wants: Wants) -> Result<Target, (String, String)> {
     match target {
         BindTarget::Node(name) => mb
             .node(name)
@@ -363,6 +401,18 @@ fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, Strin
                 return Err((format!("there is no body `{body}`"), remedy(body, "bodies", &known)));
             };
             let b = &mb.bodies()[id.index()];
+            let balls = b.subhinges().iter().filter(|s| s.subhinge.kind == SubhingeKind::Ball);
+            let balls: Vec<Target> =
+                balls.map(|s| Target::Ball { q: s.q.start as u32, v: s.v.start as u32 }).collect();
+            let has_ball = !balls.is_empty();
+            if wants == Wants::Ball {
+                let found = balls.len();
+                return balls.into_iter().nth(*index).ok_or_else(|| {
+                    let fact =
+                        format!("the hinge of `{body}` has {found} balls, not {}", index + 1);
+                    (fact, "bind to a `Ball` hinge".into())
+                });
+            }
             let one_dof: Vec<_> =
                 b.subhinges().iter().filter(|s| s.q.len() == 1 && s.v.len() == 1).collect();
             match one_dof.get(*index) {
@@ -377,7 +427,10 @@ fn resolve(mb: &Multibody, target: &BindTarget) -> Result<Target, (String, Strin
                         one_dof.len(),
                         index + 1
                     ),
-                    "bind to a pin, slider or screw".into(),
+                    match has_ball {
+                        true => "bind to a pin, slider or screw; its ball takes a model for balls, as `actuators.ball_drive`".into(),
+                        false => "bind to a pin, slider or screw".into(),
+                    },
                 )),
             }
         }

@@ -125,6 +125,7 @@ impl MechanismBlock {
             force: l.force,
             point: l.point,
             pressure: l.force.norm(),
+            surface_power: 0.0,
         });
         let origin = |b| self.ws.body_pose(&self.tree, b).position;
         touch::put(&plan.touched, loads, origin, &mut self.weights, &mut sig[first + 2..end]);

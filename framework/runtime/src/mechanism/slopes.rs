@@ -106,6 +106,13 @@ impl MechanismBlock {
             out.column(motion + 1)[row + 1] = 1.0;
             row += 2;
         }
+        for (iq, iv) in &ports.balls {
+            if !framed {
+                (0..4).for_each(|i| out.column(*iq as usize + i)[row + i] = 1.0);
+            }
+            (0..3).for_each(|i| out.column(nq + *iv as usize + i)[row + 4 + i] = 1.0);
+            row += 7;
+        }
     }
 
     /// The work space, made once.
@@ -172,10 +179,11 @@ impl MechanismBlock {
             }
             input += 6;
         }
-        for v in &plan.ports.torques {
+        let balls = plan.ports.ball_torques.iter().flat_map(|v| *v..*v + 3);
+        for v in plan.ports.torques.iter().copied().chain(balls) {
             if out.wanted(input) {
                 let column = out.column(input);
-                (0..nv).for_each(|i| column[i] = s.by_tau[i * nv + *v as usize]);
+                (0..nv).for_each(|i| column[i] = s.by_tau[i * nv + v as usize]);
             }
             input += 1;
         }

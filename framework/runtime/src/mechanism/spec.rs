@@ -8,8 +8,10 @@ use crate::model::BuildError;
 use crate::ports::PortKind;
 use crate::scenery::Scenery;
 use crate::services::{Gravity, ServiceKind, Services, Terrain};
-use crate::start::BodyStart;
+use crate::site::Axes;
+use crate::start::{BodyStart, Start};
 use crate::value::{Fault, Origin};
+use crate::world::World;
 use linkwork_collision::{ColliderSpec, Colliders, Material, Shape, TERRAIN, Varies};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
@@ -17,7 +19,7 @@ use linkwork_solvers::{
     CompliantLaws, ConstrainedSolver, ContactSettings, Kept, Rolling, StartError, Treatment,
     Vehicle, close_start,
 };
-use linkwork_spatial::{Pose, Quat, nalgebra};
+use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -207,6 +209,7 @@ impl Host for MechanismSpec {
         }
         spec.twice(bound, out);
         spec.touches(bound, out);
+        spec.conveys(bound, out);
         spec.check_loads(bound, out);
         let rolling = self.rolling(services, &ports, out);
         Box::new(MechanismPart::new(&spec, (gravity, rolling), ports, out.warnings))
@@ -217,6 +220,42 @@ impl Host for MechanismSpec {
     fn boxed(&self) -> Box<dyn Host> {
         Box::new(self.clone())
     }
+}
+
+/// A warning for a start on an orbit that passes through the central body, or inside of it: lengths without a unit are metres, and
+/// `semi_major_axis: 7000` is easily written for 7000 km. What starts in named axes or over the ground may be an ascent or an entry.
+fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> Option<Fault> {
+    if let Axes::Level(_) = world.axes() {
+        return None;
+    }
+    let r = world.relative_to_centre(&p);
+    let v = world.axes().site().map_or(v, |site| v + site.omega().cross(&r));
+    let polar = world.radius() * (1.0 - world.flattening());
+    let body = &s.body;
+    let fault = |fact: String| {
+        let help = "lengths without a unit are metres: write `semi_major_axis: \"7000 km\"`; for an ascent or an entry this is as it should be";
+        Some(Fault::new(s.origin, fact).help(help))
+    };
+    // Below the ground of any site.
+    if r.norm() < 0.99 * polar {
+        return fault(format!(
+            "body `{body}` starts {:.6e} m from the centre of the central body, whose radius is {polar:.6e} m",
+            r.norm()
+        ));
+    }
+    if matches!(s.start, Start::State { .. } | Start::Geodetic { .. }) {
+        return None;
+    }
+    let mu = world.mu()?;
+    let (h, energy) = (r.cross(&v).norm_squared(), 0.5 * v.norm_squared() - mu / r.norm());
+    let eccentricity = (1.0 + 2.0 * energy * h / (mu * mu)).max(0.0).sqrt();
+    let pericentre = h / mu / (1.0 + eccentricity);
+    if pericentre >= polar {
+        return None;
+    }
+    fault(format!(
+        "body `{body}` starts on an orbit whose pericentre is {pericentre:.6e} m from the centre of the central body, whose radius is {polar:.6e} m"
+    ))
 }
 
 impl MechanismSpec {
@@ -242,6 +281,9 @@ impl MechanismSpec {
                     continue;
                 }
             };
+            if let Some(warning) = through_the_body(&*world, s, (p, v)) {
+                out.warnings.push(warning);
+            }
             let Some(body) = self.multibody.bodies().iter().find(|b| b.name() == s.body) else {
                 continue;
             };
@@ -337,6 +379,41 @@ impl MechanismSpec {
                 let name = self.multibody.get(body).name();
                 let fact = format!("`{part}`: binding `{bind}`: nothing touches `{name}`");
                 let help = "give it a shape that collides, and write `contact` in the simulation; a wheel that moves by kinematics is one of `place`";
+                out.faults.push(Fault::new(b.spec.origin, fact).help(help));
+            }
+        }
+    }
+
+    /// A part that moves the surface of a body needs one that can touch something, and is alone in saying how the surface moves.
+    fn conveys(&self, bound: &[Bound<'_>], out: &mut Lowering<'_>) {
+        let moves =
+            |b: &&Bound<'_>| b.ports.iter().any(|(p, _)| p.kind == PortKind::SurfaceVelocity);
+        for b in bound.iter().filter(moves) {
+            let Some(body) = super::ports::body_of(&self.multibody, &b.spec.target) else {
+                continue;
+            };
+            let (part, bind) = (&b.spec.part, &b.spec.bind);
+            let name = self.multibody.get(body).name();
+            let all = self.colliders();
+            let mut own = all.iter().flat_map(|c| c.ids().map(move |id| (c, id)));
+            let own: Vec<_> = own.by_ref().filter(|(c, id)| c.body(*id) == Some(body)).collect();
+            if own.is_empty() {
+                let fact = format!(
+                    "`{part}`: binding `{bind}`: `{name}` has no surface that touches others"
+                );
+                let help = "give it a shape that collides, and write `contact` in the simulation; a belt that stands on the ground is a body with a `Locked` hinge";
+                out.faults.push(Fault::new(b.spec.origin, fact).help(help));
+            }
+            for (colliders, id) in own {
+                let spec = colliders.spec(id);
+                if spec.surface_velocity == Vec3::zeros() {
+                    continue;
+                }
+                let fact = format!(
+                    "`{part}`: binding `{bind}` moves the surface of `{name}`, and its shape `{}` has a constant `surface_velocity`",
+                    spec.name
+                );
+                let help = "take `surface_velocity` out of the shape, or the binding out";
                 out.faults.push(Fault::new(b.spec.origin, fact).help(help));
             }
         }

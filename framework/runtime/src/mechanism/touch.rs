@@ -1,7 +1,7 @@
 //! What contact does to each body: the sum of the forces on its colliders, and where it acts.
 use super::plan::MechanismPlan;
 use super::spec::MechanismSpec;
-use linkwork_collision::Colliders;
+use linkwork_collision::{ColliderId, Colliders, SurfaceVelocities};
 use linkwork_multibody::BodyId;
 use linkwork_solvers::{CompliantContact, ContactStepper, PairLoad};
 use linkwork_spatial::Vec3;
@@ -17,6 +17,26 @@ pub(super) fn touched(colliders: Option<&Colliders>) -> Vec<BodyId> {
     out.sort_unstable();
     out.dedup();
     out
+}
+
+/// The colliders of each body whose surface velocity comes from a part.
+pub(super) fn belts(bodies: &[BodyId], colliders: Option<&Colliders>) -> Vec<Vec<ColliderId>> {
+    let of = |body: &BodyId| {
+        let all = colliders.into_iter().flat_map(|c| c.ids().map(move |id| (c.body(id), id)));
+        all.filter(|(of, _)| *of == Some(*body)).map(|(_, id)| id).collect()
+    };
+    bodies.iter().map(of).collect()
+}
+
+/// The velocities of surfaces, of either kind of contact.
+pub(super) fn surfaces<'a>(
+    stepper: &'a mut Option<ContactStepper>,
+    compliant: &'a mut Option<CompliantContact>,
+) -> Option<&'a mut SurfaceVelocities> {
+    match stepper {
+        Some(stepper) => Some(&mut stepper.surfaces),
+        None => compliant.as_mut().map(|contact| &mut contact.surfaces),
+    }
 }
 
 /// Names, units and meaning of the lanes of all bodies.
@@ -109,7 +129,14 @@ pub(super) fn of_impulses(
     stepper.points().iter().zip(impulses).map(move |(p, (steady, impact))| {
         let force = (steady.impulse + impact) / h;
         let pressure = force.dot(&p.normal).max(0.0);
-        PairLoad { body_a: p.body_a, body_b: p.body_b, force, point: p.point, pressure }
+        PairLoad {
+            body_a: p.body_a,
+            body_b: p.body_b,
+            force,
+            point: p.point,
+            pressure,
+            surface_power: 0.0,
+        }
     })
 }
 

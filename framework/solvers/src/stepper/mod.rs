@@ -28,7 +28,9 @@ use crate::constrained::{SolverError, greater, index};
 use crate::contact::{Cone, Contact, Method, Settings};
 use impacts::Impacts;
 use islands::Islands;
-use linkwork_collision::{ColliderId, Colliders, ContactPoint, Hiding, Query, Resistance, Scratch};
+use linkwork_collision::{
+    ColliderId, Colliders, ContactPoint, Hiding, Query, Resistance, Scratch, SurfaceVelocities,
+};
 use linkwork_dynamics::units::{RowSet, Treatment, Units, UnitsWork, WIDTH};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{BallLimits, BodyId, ConstraintId, LoopMotion, Multibody, SubhingeRange};
@@ -60,6 +62,8 @@ enum Kind {
 pub struct ContactStepper {
     /// Settings; they may be changed between steps.
     pub settings: ContactSettings,
+    /// Velocities of surfaces over their bodies; they may be changed between steps.
+    pub surfaces: SurfaceVelocities,
     colliders: Arc<Colliders>,
     units: Units,
     uw: UnitsWork,
@@ -179,6 +183,7 @@ impl ContactStepper {
             contact: Contact::new(settings.solver),
             push: Contact::new(push),
             scratch: Scratch::new(&colliders),
+            surfaces: colliders.surface_velocities(),
             extents: colliders.ids().map(|id| colliders.extent(id)).collect(),
             reach: Vec::new(),
             colliders,
@@ -230,6 +235,7 @@ impl ContactStepper {
         };
         let mut copy = Self::new(tree, self.colliders.clone(), self.settings.clone(), treatment);
         copy.warm.clone_from(&self.warm);
+        copy.surfaces.clone_from(&self.surfaces);
         copy
     }
 
@@ -443,6 +449,7 @@ impl ContactStepper {
             self.kinds.push(Kind::Constraint);
             self.cones.push(Cone::Equality { rows: row.n });
         }
+        let conveys = self.surfaces.any();
         for (i, p) in self.points.iter().enumerate() {
             let frame = frame(&p.normal);
             self.frames.push(frame);
@@ -457,8 +464,8 @@ impl ContactStepper {
             self.kinds.push(Kind::Contact(i as u32));
             self.cones.push(cone);
             self.islands.contact(p);
-            if self.colliders.conveys() {
-                self.belts.push(resistance::belt(&self.colliders, tree, ws, p, &frame));
+            if conveys {
+                self.belts.push(resistance::belt(&self.surfaces, tree, ws, p, &frame));
             }
             if resistance.rolling > 0.0 {
                 let contact = self.kinds.len() as u32 - 1;

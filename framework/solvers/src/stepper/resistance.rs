@@ -12,7 +12,7 @@
 
 use super::{ContactStepper, Kind, StepError};
 use crate::contact::{Cone, Report};
-use linkwork_collision::{Colliders, ContactPoint};
+use linkwork_collision::{ContactPoint, SurfaceVelocities};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::BodyId;
 use linkwork_spatial::Vec3;
@@ -68,16 +68,14 @@ pub(super) fn rolling_axes(
 
 /// Returns the surface velocity of b minus the surface velocity of a, in the frame of a contact point; 0 along the normal.
 pub(super) fn belt(
-    colliders: &Colliders,
+    surfaces: &SurfaceVelocities,
     tree: &Tree,
     ws: &Workspace,
     p: &ContactPoint,
     frame: &[Vec3; 3],
 ) -> [f64; 3] {
-    let (a, b) = (&colliders.spec(p.a).surface_velocity, &colliders.spec(p.b).surface_velocity);
-    let turned =
-        |body: Option<BodyId>, s: &Vec3| body.map_or(*s, |b| ws.body_rotation(tree, b) * s);
-    let s = turned(p.body_b, b) - turned(p.body_a, a);
+    let turned = |body: Option<BodyId>, s: Vec3| body.map_or(s, |b| ws.body_rotation(tree, b) * s);
+    let s = turned(p.body_b, surfaces.of(p.b)) - turned(p.body_a, surfaces.of(p.a));
     [0.0, frame[1].dot(&s), frame[2].dot(&s)]
 }
 

@@ -118,10 +118,14 @@ impl Dryden {
     /// Gust velocity, m/s: along the flight through the air, to the side, and across both.
     #[must_use]
     pub fn gust(state: &DrydenState, turbulence: &Turbulence) -> Vec3 {
-        let root3 = 3.0_f64.sqrt();
-        let across = |q: [f64; 2]| root3 * q[0] + (1.0 - root3) * q[1];
         turbulence.sigma.component_mul(&Vec3::new(state.u, across(state.v), across(state.w)))
     }
+}
+
+/// The transverse gust of unit intensity.
+pub(super) fn across(q: [f64; 2]) -> f64 {
+    let root3 = 3.0_f64.sqrt();
+    root3 * q[0] + (1.0 - root3) * q[1]
 }
 
 /// One step of the transverse filter: Cholesky factor of the noise's covariance times the noise.

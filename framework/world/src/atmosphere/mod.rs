@@ -5,6 +5,7 @@
 
 mod climate;
 mod dryden;
+mod dryden_rates;
 mod exponential;
 mod gas;
 mod mars;
@@ -16,6 +17,7 @@ mod viscosity;
 
 pub use climate::{Climate, ClimateEntry};
 pub use dryden::{Dryden, DrydenState, Turbulence};
+pub use dryden_rates::DrydenRates;
 pub use exponential::Exponential;
 pub use gas::{Air, Gas, dynamic_pressure, mach};
 pub use mars::mars_simple;

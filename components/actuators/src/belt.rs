@@ -1,0 +1,59 @@
+//! `actuators.belt`: the speed of a belt or track, commanded by a port.
+//! ```text
+//! s = v d/|d|      s: velocity of the surface of the body over the body, axes of the body;  v: commanded speed, d: direction
+//! ```
+//! Contact sees the surface move at each point at which a collider of the body touches something; its part along the surface acts.
+//! The speed holds whatever the load: for a motor with a limit, compute the speed from its torque and `contact_force` of the body.
+
+use linkwork_runtime::prelude::*;
+
+/// Where the surface moves to.
+#[derive(Params, Clone, Debug)]
+pub struct BeltParams {
+    /// Direction of the surface at a positive speed, axes of the body; its length does not matter.
+    #[param(unit = "1")]
+    pub direction: Vec3,
+}
+
+/// Command.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BeltIn {
+    /// Speed of the surface.
+    #[port("m/s")]
+    pub speed: f64,
+}
+
+/// Motion of the surface.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct BeltOut {
+    /// Velocity of the surface over the body.
+    #[port(bind = "belt")]
+    pub surface: SurfaceVelocity,
+}
+
+/// A belt.
+pub struct Belt {
+    direction: Vec3,
+}
+
+/// Belt or track whose surface moves over its body at a commanded speed.
+#[model("actuators.belt")]
+impl Model for Belt {
+    type Params = BeltParams;
+    type Ud = BeltIn;
+    type Yd = BeltOut;
+    fn build(p: BeltParams) -> Result<Self, BuildError> {
+        match p.direction.try_normalize(0.0).filter(|d| d.iter().all(|x| x.is_finite())) {
+            Some(direction) => Ok(Belt { direction }),
+            None => Err(BuildError::new(format!(
+                "`direction` is [{}, {}, {}], which has no direction",
+                p.direction.x, p.direction.y, p.direction.z
+            ))
+            .help("write where the surface moves to, as [1, 0, 0]")
+            .at("direction")),
+        }
+    }
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &BeltIn) -> BeltOut {
+        BeltOut { surface: SurfaceVelocity { velocity: self.direction * u.speed } }
+    }
+}
