@@ -282,7 +282,7 @@ mod tests {
         };
         let within = |x: f64, y: f64| form.inside(x, y).is_some();
         let (mut sum, mut n) = (0.0, 0.0);
-        field.clone().map(|x, y, h| {
+        field.clone().map_within(field.bounds(), |x, y, h| {
             if within(x, y) {
                 (sum, n) = (sum + h, n + 1.0);
             }
