@@ -1,7 +1,7 @@
 //! Dry friction of a shaft that holds exactly: an elasto-plastic bristle (Dupont et al. 2002).
 //! ```text
 //! ż = s ω − c(s ω) z, c by the law of bristles (`linkwork_solvers::contact_law`),   z_max = τ_max(sign z)/k
-//! s = min(1, k max(|z|, z_max)/(d |ω|)) where ω bends the bristle further, 1 elsewhere
+//! s = min(1, max(k |z|, τ_max(sign ω))/(d |ω|))
 //! τ = −k z − d ω, cut to −τ_max(+) ≤ τ ≤ τ_max(−)
 //! ```
 //! Below 0.9 z_max the bristle is a spring, so a loaded shaft at rest does not creep. The limit may differ between forward
@@ -38,14 +38,10 @@ impl ShaftFriction {
     /// Rate of the deflection, rad/s.
     pub fn deflection_rate(&self, z: f64, rate: f64) -> f64 {
         let longest = self.limits[usize::from(z < 0.0)] / self.stiffness;
-        let (size, toward) = (z.abs(), if z == 0.0 { rate.abs() } else { rate * z.signum() });
-        let saturated = self.damping * toward > self.stiffness * size.max(longest);
-        let share = if saturated {
-            self.stiffness * size.max(longest) / (self.damping * toward)
-        } else {
-            1.0
-        };
-        share * rate - gives_way(size, share * toward, longest) * z
+        let against = self.limits[usize::from(rate < 0.0)];
+        let (held, damped) = ((self.stiffness * z.abs()).max(against), self.damping * rate.abs());
+        let rate = if damped > held { rate * (held / damped) } else { rate };
+        rate - gives_way(z.abs(), rate * z.signum(), longest) * z
     }
 }
 
@@ -110,6 +106,12 @@ mod tests {
             z += dt * f.deflection_rate(z, rate);
             // The deflection was dt · rate = 6 mrad when it followed the shaft at its full rate.
             assert!(z <= 1.02 * 2.0 / f.stiffness, "{k}: {z}");
+        }
+        // The rate does not jump where a shaft that has reversed unbends the bristle and bends it the other way.
+        let f = ShaftFriction { stiffness: 2000.0, damping: 20.0, limits: [3.0, 7.0] };
+        for rate in [6.0, -6.0] {
+            let [a, b] = [-1e-15, 1e-15].map(|z| f.deflection_rate(z, rate));
+            assert!((a - b).abs() < 1e-9 && a * rate > 0.0, "{rate}: {a} {b}");
         }
     }
 

@@ -26,6 +26,7 @@ mod overlay;
 mod params;
 pub mod pattern;
 mod plan;
+mod port_values;
 mod ports;
 mod program;
 mod rows;

@@ -2,7 +2,7 @@
 use crate::balance::Account;
 use crate::units::Unit;
 use linkwork_spatial::nalgebra::{Quaternion, UnitQuaternion};
-use linkwork_spatial::{Mat3, Quat, Vec3};
+use linkwork_spatial::{Quat, Vec3};
 use std::borrow::Cow;
 
 pub use linkwork_integrate::events::Direction;
@@ -665,55 +665,3 @@ macro_rules! newtype {
 }
 newtype!(HingeTorque, HingeTorque, "N m");
 newtype!(HingeAccel, HingeAccel, "rad/s^2");
-
-impl NodeState {
-    /// At rest at the origin of W.
-    pub fn identity() -> Self {
-        NodeState {
-            position: Vec3::zeros(),
-            rotation: Quat::identity(),
-            angular: Vec3::zeros(),
-            velocity: Vec3::zeros(),
-        }
-    }
-}
-
-impl AddedMass {
-    /// Nothing.
-    pub fn zero() -> Self {
-        AddedMass { mass: 0.0, first_moment: Vec3::zeros(), inertia: [0.0; 6] }
-    }
-
-    /// A body of `mass` kg with its centre at `com` (m, node axes) and principal moments `central` about
-    /// it (kg m², node axes).
-    pub fn of(mass: f64, com: &Vec3, central: &Vec3) -> Self {
-        let (c, m) = (com, mass);
-        AddedMass {
-            mass,
-            first_moment: c * m,
-            inertia: [
-                central.x + m * (c.y * c.y + c.z * c.z),
-                central.y + m * (c.x * c.x + c.z * c.z),
-                central.z + m * (c.x * c.x + c.y * c.y),
-                -m * c.x * c.y,
-                -m * c.x * c.z,
-                -m * c.y * c.z,
-            ],
-        }
-    }
-}
-
-impl BodyMass {
-    /// The matrix of inertia about the centre of mass, N axes (kg m²).
-    pub fn inertia_matrix(&self) -> Mat3 {
-        let [xx, yy, zz, xy, xz, yz] = self.inertia;
-        Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
-    }
-}
-
-impl Wrench {
-    /// Nothing.
-    pub fn zero() -> Self {
-        Wrench { moment: Vec3::zeros(), force: Vec3::zeros() }
-    }
-}
