@@ -169,7 +169,7 @@ const CASES: &[Case] = &[
         step: "1 ms", integrator: "rk4", until: "1 s",
         figures: { "ahead": (of: "OA.energy"), "out": (of: "OB.energy") }"#,
         // ((v_r + dv_r)^2 + (v_t + dv_t)^2)/2 - mu/r with r = p, v_r = 0.6 sqrt(mu/p), v_t = sqrt(mu/p).
-        want: &[("ahead", -4_957_549.936, 2.0), ("out", -6_587_132.939, 2.0)],
+        want: &[("ahead", -4_957_549.936, 10.0), ("out", -6_587_132.939, 10.0)],
     },
     Case {
         report: "SymbolicAWEModels.jl #263, mujoco #520: a slack line exerts nothing, also while its damper would push, and holds again",
@@ -180,6 +180,23 @@ const CASES: &[Case] = &[
         step: "1 ms", integrator: "rk4", until: "30 s",
         figures: { "least": (of: "Line.tension", take: "min"), "last": (of: "Line.tension"), "long": (of: "Line.extension") }"#,
         want: &[("least", 0.0, 0.0), ("last", 50.0, 0.01), ("long", 0.5, 1e-4)],
+    },
+    Case {
+        report: "42 #123: a deputy on the closed ellipse of Clohessy and Wiltshire, in the turning axes of its chief",
+        text: r#"world: (body: "earth", mu: 3.986004418e14),
+        bodies: { "chief": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (position: [7e6, 0, 0], velocity: [0, 7546.053290107542, 0])),
+            "deputy": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (position: [7000010, 0, 5], velocity: [0, 7546.042510031413, 0])) },
+        parts: { "Gravity": (model: "environment.point_mass_gravity"), "Seen": (model: "flight.station_keeping", params: { "mass": 1, "force_max": 0 }, bind: { "chief": "node:chief", "deputy": "node:deputy" }) },
+        step: "10 s", integrator: "verner_87", until: "5830 s",
+        figures: { "vy": (of: "Seen.velocity.y", at: "time >= 0 s"), "x": (of: "Seen.position.x", at: "time >= 1457.129 s"), "y": (of: "Seen.position.y", at: "time >= 1457.129 s"), "z": (of: "Seen.position.z", at: "time >= 1457.129 s"), "far": (of: "Seen.position.y", take: "max_abs") }"#,
+        // n = sqrt(mu/r^3) = 1.0780076e-3 rad/s: v_y = -2 n x, and after a quarter of the orbit (0, -2 x, 0).
+        want: &[
+            ("vy", -0.021_560_15, 1e-7),
+            ("x", 0.0, 1e-3),
+            ("y", -20.0, 1e-3),
+            ("z", 0.0, 1e-3),
+            ("far", 20.0, 1e-3),
+        ],
     },
     Case {
         report: "KMAT #1: gravity that does not fall with height; a throw to a great height",
