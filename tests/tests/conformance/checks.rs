@@ -124,7 +124,7 @@ pub fn ranges(entry: &Entry, services: &Services) -> Vec<String> {
     let mut found = Vec::new();
     for (path, spec) in all_params(&entry.description.params, &[]) {
         let Some(range) = spec.range else { continue };
-        let base = params_for(entry, &path[0]);
+        let base = params_for(entry, path[0]);
         let whole = spec.kind == "integer";
         let down = |x: f64| if whole { x - 1.0 } else { x.next_down() };
         let up = |x: f64| if whole { x + 1.0 } else { x.next_up() };

@@ -3,12 +3,12 @@
 //! d = p_b − p_a      δ = |d| − L      T = k δ + c (δ̇_geometric − L̇) while taut, else 0
 //! L̇ = v_p            while taut and L < L_full: the brake lets the line out at one speed, and stops at its end
 //! ```
-//! It is taut while both δ and k δ + c δ̇_geometric are positive. While it pays out, the tension is zero (never below) from
-//! an extension of c v_p/k on, before it becomes slack, and the drum turns on over this short distance.
+//! It becomes slack where k δ + c δ̇_geometric falls to zero; while it pays out, the tension has gone to zero (never below) at
+//! an extension of c v_p/k before that, and the drum turns on over this short way.
 //! k is the stiffness of the line at any length. Taut, slack and the end of the line are events, as those of
 //! `flight.line`.
 
-use super::line::{Change, LineIn, LineOut};
+use super::line::{LineIn, LineOut};
 use linkwork_runtime::prelude::*;
 
 /// A line on a drum with a brake.
@@ -67,17 +67,16 @@ pub struct BridleState {
 /// Where it changes.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct BridleChange {
-    /// Above zero the line is taut, as in `flight.line`; computed for a brake that holds.
-    #[port("m")]
-    pub within: f64,
+    /// Length over that without tension.
+    #[port("m", rising)]
+    pub extension: f64,
+    /// Tension of a line that is taut and would not pay out, over its stiffness.
+    #[port("m", falling)]
+    pub pull: f64,
     /// Length over the full one.
     #[port("m", rising)]
     pub end: f64,
 }
-
-/// Guards by their places in [`BridleChange`].
-const WITHIN: usize = 0;
-const END: usize = 1;
 
 /// A line on a drum with a brake.
 pub struct Bridle {
@@ -95,12 +94,6 @@ impl Bridle {
         if d.taut && !d.out { self.p.payout } else { 0.0 }
     }
 
-    /// The guard of a line on a brake that holds: continuous whether the brake lets go or not.
-    fn within(&self, x: &Paid, u: &LineIn) -> f64 {
-        let (_, extension, rate) = super::line::stretch(u, x.length);
-        Change::of(extension, rate, (self.p.stiffness, self.p.damping)).within
-    }
-
     /// Direction from a to b, extension and its rate.
     fn stretch(&self, x: &Paid, d: &Pulling, u: &LineIn) -> (Vec3, f64, f64) {
         let (n, extension, rate) = super::line::stretch(u, x.length);
@@ -111,7 +104,6 @@ impl Bridle {
 /// A line between two bodies that a brake pays out at one speed while it pulls, to its end.
 #[model("flight.bridle")]
 impl Model for Bridle {
-    const MODES: bool = true;
     type Params = BridleParams;
     type Ud = LineIn;
     type Ym = BridleState;
@@ -144,15 +136,14 @@ impl Model for Bridle {
         Paid { length: self.paying(d) }
     }
     fn guards(&self, _: &Clock, x: &Paid, d: &Pulling, _: &(), u: &LineIn) -> BridleChange {
+        // The rate without the brake: continuous whether it lets go or not.
+        let (_, extension, rate) = super::line::stretch(u, x.length);
         let end = if d.out { -1.0 } else { x.length - self.full() };
-        BridleChange { within: self.within(x, u), end }
-    }
-    fn mode(&self, _: &Clock, x: &Paid, d: &Pulling, u: &LineIn) -> Pulling {
-        Pulling { taut: self.within(x, u) > 0.0, ..*d }
+        BridleChange { extension, pull: extension + self.p.damping / self.p.stiffness * rate, end }
     }
     fn fired(&self, _: &Clock, which: Fired<'_>, x: &Paid, d: &Pulling) -> (Paid, Pulling) {
-        let taut = if which.is_due(WITHIN) { which.rose(WITHIN) } else { d.taut };
-        match which.rose(END) {
+        let taut = (d.taut || which.rose(0)) && !which.fell(1);
+        match which.rose(2) {
             true => (Paid { length: self.full() }, Pulling { taut, out: true }),
             false => (*x, Pulling { taut, ..*d }),
         }
@@ -210,7 +201,7 @@ mod tests {
         assert_eq!([rate(true, false), rate(false, false), rate(true, true)], [1.2, 0.0, 0.0]);
         let (x, d) = m.fired(
             &c,
-            Fired::rising(END),
+            Fired::rising(2),
             &Paid { length: 7.5 + 1e-13 },
             &m.init_d(),
             &(),
