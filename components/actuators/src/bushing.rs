@@ -9,6 +9,7 @@
 //! kept. K and C are diagonal in the axes of a.
 
 use linkwork_runtime::prelude::*;
+use linkwork_spatial::moment_of_gradient;
 
 /// A bushing: stiffness and damping along and about the axes of a.
 #[derive(Params, Clone, Debug)]
@@ -69,19 +70,6 @@ pub struct Bushing {
     p: BushingParams,
 }
 
-/// J(r)⁻ᵀ x.
-fn transposed_inverse(r: &Vec3, x: &Vec3) -> Vec3 {
-    let theta2 = r.norm_squared();
-    let theta = theta2.sqrt();
-    // (1 − (θ/2) cot(θ/2)) / θ², by its series near zero.
-    let c = if theta < 1e-3 {
-        1.0 / 12.0 + theta2 / 720.0
-    } else {
-        (1.0 - 0.5 * theta / (0.5 * theta).tan()) / theta2
-    };
-    x + r.cross(x) * 0.5 + r.cross(&r.cross(x)) * c
-}
-
 /// Linear springs and dampers between two frames of two bodies, along and about three axes.
 #[model("actuators.bushing")]
 impl Model for Bushing {
@@ -115,7 +103,7 @@ impl Model for Bushing {
         let spin = to_a * (b.angular - a.angular);
         let times = |k: &Vec3, x: &Vec3| k.component_mul(x);
         let force = -times(&p.stiffness, &displacement) - times(&p.damping, &rate);
-        let spring = transposed_inverse(&rotation, &times(&p.angular_stiffness, &rotation));
+        let spring = moment_of_gradient(&rotation, &times(&p.angular_stiffness, &rotation));
         let moment = -spring - times(&p.angular_damping, &spin);
         let (f, m) = (a.rotation * force, a.rotation * moment);
         BushingOut {

@@ -110,6 +110,15 @@ impl Service for GridTerrain {
                 );
             }
         }
+        if p.relief > 0.0 && !(p.wavelength > 2.0 * p.spacing) {
+            let fact = format!(
+                "a relief with wavelengths up to {} m cannot be shown by nodes {} m apart: the ground would be flat",
+                p.wavelength, p.spacing
+            );
+            return Err(BuildError::new(fact)
+                .at("wavelength")
+                .help("write a `wavelength` of more than twice the `spacing`, or `relief: 0`"));
+        }
         let rocks = generator::rocks_wanted(p.rock_cover, p.rock_diameters, p.size);
         if !(rocks <= ROCKS_MAX) {
             return Err(BuildError::new(format!("{:.0} million rocks are too many", rocks / 1e6))
@@ -212,6 +221,11 @@ mod tests {
         let e = GridTerrain::build(big, &Files::default()).err().unwrap();
         assert_eq!(e.param.as_deref(), Some("spacing"));
         let refused = |p: GeneratedParams| GridTerrain::build(p, &Files::default()).err().unwrap();
+        // The shortest wave that nodes show is two of them long.
+        let e = refused(GeneratedParams { wavelength: 0.2, ..generated() });
+        assert_eq!((e.param.as_deref(), e.help.is_some()), (Some("wavelength"), true), "{e:?}");
+        let even = GeneratedParams { wavelength: 0.2, relief: 0.0, ..generated() };
+        assert!(GridTerrain::build(even, &Files::default()).is_ok());
         let e = refused(GeneratedParams { rock_burial: [0.9, 0.2], ..generated() });
         assert!(e.message.contains("from 0.9 to 0.2"), "{e:?}");
         let many = GeneratedParams {

@@ -90,6 +90,11 @@ impl SoilMap {
         SoilMap { soils: vec![soil], cells: None, patches: Vec::new() }
     }
 
+    /// Returns all soils: first the one that is everywhere, then the soils of the raster and of the polygons.
+    pub fn all(&self) -> &[Soil] {
+        &self.soils
+    }
+
     /// Whether the soil is written.
     pub fn known(&self) -> bool {
         !self.soils[0].n.is_nan()

@@ -78,6 +78,9 @@ impl Terrain for GridTerrain {
     fn soil(&self, x: f64, y: f64) -> &Soil {
         self.soils.at(x, y)
     }
+    fn soils(&self) -> Vec<Soil> {
+        self.soils.all().to_vec()
+    }
     fn has_soil(&self) -> bool {
         self.soils.known()
     }
@@ -182,6 +185,9 @@ impl Terrain for FileTerrain {
     fn soil(&self, x: f64, y: f64) -> &Soil {
         self.0.soil(x, y)
     }
+    fn soils(&self) -> Vec<Soil> {
+        self.0.soils()
+    }
     fn has_soil(&self) -> bool {
         self.0.has_soil()
     }
@@ -233,6 +239,9 @@ impl Terrain for Flat {
     }
     fn soil(&self, x: f64, y: f64) -> &Soil {
         self.soils.at(x, y)
+    }
+    fn soils(&self) -> Vec<Soil> {
+        self.soils.all().to_vec()
     }
     fn has_soil(&self) -> bool {
         self.soils.known()

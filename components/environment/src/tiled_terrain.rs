@@ -103,6 +103,9 @@ impl Terrain for TiledTerrain {
     fn soil(&self, x: f64, y: f64) -> &Soil {
         self.soils.at(x, y)
     }
+    fn soils(&self) -> Vec<Soil> {
+        self.soils.all().to_vec()
+    }
     fn has_soil(&self) -> bool {
         self.soils.known()
     }

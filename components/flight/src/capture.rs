@@ -2,13 +2,15 @@
 //! ```text
 //! p = R_aᵀ (p_b − p_a), R = R_aᵀ R_b, φ = log R: place and turn of b in the axes of a; v = ṗ, ω: their rates
 //! catches     when |p| < `radius`, |φ| < `angle`, |v| < `speed_max`, |ω| < `rate_max`
-//! from then   F = −k p − c v,  M = −k_φ φ − c_φ ω        on b, in the axes of a, at b; the opposite on a, at the same point
+//! from then   F = −k p − c v,  M = −J(φ)⁻ᵀ k_φ φ − c_φ ω        on b, in the axes of a, at b; the opposite on a, at the same point
+//! J(φ)⁻¹      φ̇ = J(φ)⁻¹ ω, as in `actuators.bushing`: the springs have the potential ½ p·k p + ½ φ·k_φ φ
 //! ```
 //! Momentum and angular momentum of the pair stay as they were. The springs are as long as the ports are apart when the latches catch, as those of a mechanism
 //! that reaches out: they draw the ports together. What the dampers take is counted in `taken`. How near the ports come
 //! is an event. Once the motion is damped a phase may lock the two together (`settled`).
 
 use linkwork_runtime::prelude::*;
+use linkwork_spatial::moment_of_gradient;
 
 /// Catching, springs and dampers.
 #[derive(Params, Clone, Debug)]
@@ -153,9 +155,8 @@ impl Capture {
     fn load(&self, r: &Relative) -> (Vec3, Vec3) {
         let p = &self.p;
         let force = p.stiffness.component_mul(&r.place) + p.damping.component_mul(&r.speed);
-        let moment =
-            p.turn_stiffness.component_mul(&r.turn) + p.turn_damping.component_mul(&r.rate);
-        (-force, -moment)
+        let spring = moment_of_gradient(&r.turn, &p.turn_stiffness.component_mul(&r.turn));
+        (-force, -spring - p.turn_damping.component_mul(&r.rate))
     }
 }
 
@@ -277,17 +278,10 @@ mod tests {
             };
             let r = relative(&CaptureIn { a: moved(&u.a), b: moved(&u.b) });
             let p = params();
-            // The moment is along the turn: its energy is by the turn only where the stiffness is equal about all axes.
-            0.5 * p.stiffness.component_mul(&r.place).dot(&r.place)
+            let turn = p.turn_stiffness.component_mul(&r.turn).dot(&r.turn);
+            0.5 * (p.stiffness.component_mul(&r.place).dot(&r.place) + turn)
         };
-        let straight = Capture::build(CaptureParams {
-            turn_stiffness: Vec3::zeros(),
-            turn_damping: Vec3::zeros(),
-            ..params()
-        });
-        let straight = straight.unwrap();
-        let y = straight.direct(&c, &x, &Latches { caught: true }, &u, &());
-        let lost = straight.deriv(&c, &x, &Latches { caught: true }, &(), &u, &(), &y).energy;
+        let lost = m.deriv(&c, &x, &Latches { caught: true }, &(), &u, &(), &y).energy;
         let spring = (stored(1e-5) - stored(-1e-5)) / 2e-5;
         let done = power(&u.a, &y.on_a) + power(&u.b, &y.on_b);
         assert!((done + lost + spring).abs() < 1e-7 && lost > 0.0, "{done} {lost} {spring}");

@@ -1,10 +1,10 @@
 //! `flight.orbit`: the orbit that a craft is on at the moment, as if its planet were a point.
 //! ```text
 //! E = v²/2 − μ/r      h = r × v      p = h²/μ      e = |v × h/μ − r̂|      i: h from z of the planet
-//! pericentre p/(1 + e) − R      apocentre p/(1 − e) − R
+//! pericentre p/(1 + e) − R      apocentre p/(1 − e) − R, 10³⁰ m on an orbit that is open: farther than any
 //! ```
 //! r and v are inertial, and inclination and node are those against the planet's equator and its prime meridian at t = 0, wherever the pole
-//! stands in W. All of it is continuous, so that a phase may end at an energy or a height.
+//! stands in W. All but the apocentre is continuous where an orbit opens, so that a phase may end at an energy or a height.
 
 use crate::guidance::planet::inertial;
 use linkwork_runtime::prelude::*;
@@ -57,11 +57,13 @@ pub struct OrbitOut {
     /// Height of the pericentre.
     #[port("m")]
     pub pericentre: f64,
-    /// Height of the apocentre; zero on an orbit that is open.
+    /// Height of the apocentre; 1e30 m on an orbit that is open, so that a condition such as `apocentre < 500 km` does not hold there.
     #[port("m")]
     pub apocentre: f64,
 }
 
+/// Height of the apocentre of an orbit that is open, m.
+const OPEN: f64 = 1e30;
 /// Nearer to the centre the energy is as from here, m.
 const NEAREST: f64 = 1.0;
 
@@ -130,21 +132,23 @@ impl Model for Orbit {
         let (distance, speed) = (r.norm(), v.norm());
         let rise = if distance > 0.0 { r.dot(&v) / distance } else { 0.0 };
         let across = (speed * speed - rise * rise).max(0.0).sqrt();
-        let closed = e.eccentricity < 1.0;
+        let energy = 0.5 * speed * speed - mu / distance.max(NEAREST);
+        let apocentre = match e.eccentricity < 1.0 {
+            true => e.semi_latus_rectum / (1.0 - e.eccentricity) - radius,
+            // Straight up and not fast enough to escape.
+            false if energy < 0.0 => -mu / energy - radius,
+            false => OPEN,
+        };
         OrbitOut {
             height: distance - radius,
             speed,
             path_angle: rise.atan2(across),
-            energy: 0.5 * speed * speed - mu / distance.max(NEAREST),
+            energy,
             eccentricity: e.eccentricity,
             inclination: e.inclination,
             ascending_node: e.ascending_node,
             pericentre: e.semi_latus_rectum / (1.0 + e.eccentricity) - radius,
-            apocentre: if closed {
-                e.semi_latus_rectum / (1.0 - e.eccentricity) - radius
-            } else {
-                0.0
-            },
+            apocentre,
         }
     }
 }
@@ -217,9 +221,12 @@ mod tests {
     #[test]
     fn open_orbits_and_straight_lines_are_numbers() {
         let away = at(&orbit(None), 0.0, Vec3::x() * 7e6, Vec3::new(1.0, 12e3, 0.0));
-        assert!(away.energy > 0.0 && away.eccentricity > 1.0 && away.apocentre == 0.0);
+        assert!(away.energy > 0.0 && away.eccentricity > 1.0 && away.apocentre == OPEN);
         let up = at(&orbit(None), 0.0, Vec3::z() * 7e6, Vec3::z() * 100.0);
         assert!((up.pericentre + R).abs() < 1e-6 && up.path_angle > 1.57, "{up:?}");
+        // v²/2 − μ/r = −μ/r_max.
+        let highest = 1.0 / (1.0 / 7e6 - 100.0_f64.powi(2) / (2.0 * MU));
+        assert!((up.apocentre - (highest - R)).abs() < 1e-6, "{up:?}");
         assert!(at(&orbit(None), 0.0, Vec3::zeros(), Vec3::zeros()).energy.is_finite());
     }
 }

@@ -9,6 +9,7 @@ use crate::rigid_contact::Hub;
 use crate::scm::contact::{Damping, GroundLoad, Law};
 use crate::scm::ground::{Imprint, ScmGround, Touched};
 use crate::scm::shape::{Form, Presser};
+use crate::terramechanics::presses_back;
 use crate::wheel_scm::{ScmOut, without_ground};
 use linkwork_runtime::prelude::*;
 
@@ -98,6 +99,13 @@ impl Model for Foot {
                 Form::Plate { length: p.length, width }
             }
         };
+        let (narrow, param) = match form {
+            Form::Plate { length, width } if width < length => (width, "width"),
+            Form::Plate { length, .. } => (length, "length"),
+            Form::Disc { radius } | Form::Rim { radius, .. } => (radius, "length"),
+        };
+        let soils = p.terrain.soils();
+        soils.iter().try_for_each(|soil| presses_back(soil, narrow, param))?;
         Ok(Foot { p, form })
     }
     type Store = View<Touched>;

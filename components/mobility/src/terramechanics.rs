@@ -147,6 +147,26 @@ struct Arc {
     ky: f64,
 }
 
+/// Checks that a soil presses back (Bekker) under a face whose shorter side is `b` (m); `param` names that side. A soil with a negative
+/// cohesive modulus carries nothing under narrow faces.
+///
+/// # Errors
+/// The modulus, and from which width on it is positive.
+pub fn presses_back(soil: &Soil, b: f64, param: &str) -> Result<(), BuildError> {
+    let k = soil.k_c / b + soil.k_phi;
+    if k > 0.0 && k.is_finite() {
+        return Ok(());
+    }
+    let fact = format!("the sinkage modulus of this soil is {k:.3e} under a width of {b} m");
+    let help = format!(
+        "k_c/b + k_phi must be positive: with k_c = {} and k_phi = {} for widths above {:.4} m",
+        soil.k_c,
+        soil.k_phi,
+        -soil.k_c / soil.k_phi
+    );
+    Err(BuildError::new(fact).at(param).help(help))
+}
+
 impl WheelSoil {
     /// Sinkage modulus `k` of the chosen law, N/m^(n+2), for the exponent `n`.
     pub fn modulus(&self, n: f64) -> f64 {
@@ -162,22 +182,17 @@ impl WheelSoil {
     /// # Errors
     /// The modulus, and from which width on it is positive.
     pub fn check(&self) -> Result<(), BuildError> {
-        let k = self.modulus(self.soil.n);
-        if k > 0.0 && k.is_finite() {
-            return Ok(());
+        let (k, b) = (self.modulus(self.soil.n), self.rim.width);
+        match self.sinkage {
+            Sinkage::Bekker => presses_back(&self.soil, b, "width"),
+            Sinkage::Reece { .. } if k > 0.0 && k.is_finite() => Ok(()),
+            Sinkage::Reece { .. } => {
+                let fact =
+                    format!("the sinkage modulus of this soil is {k:.3e} under a width of {b} m");
+                let help = "c k_c + gamma b k_phi must be positive";
+                Err(BuildError::new(fact).at("width").help(help))
+            }
         }
-        let b = self.rim.width;
-        let fact = format!("the sinkage modulus of this soil is {k:.3e} under a width of {b} m");
-        let help = match self.sinkage {
-            Sinkage::Bekker => format!(
-                "k_c/b + k_phi must be positive: with k_c = {} and k_phi = {} for widths above {:.4} m",
-                self.soil.k_c,
-                self.soil.k_phi,
-                -self.soil.k_c / self.soil.k_phi
-            ),
-            Sinkage::Reece { .. } => "c k_c + gamma b k_phi must be positive".to_string(),
-        };
-        Err(BuildError::new(fact).at("width").help(help))
     }
 
     fn arc(&self, z: f64, m: &Motion) -> Arc {

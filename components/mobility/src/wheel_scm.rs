@@ -7,6 +7,7 @@ use crate::rigid_contact::Hub;
 use crate::scm::contact::{Damping, GroundLoad, Law};
 use crate::scm::ground::{Imprint, ScmGround, Touched};
 use crate::scm::shape::{Form, Presser};
+use crate::terramechanics::presses_back;
 use crate::wheel_rigid::{WheelIn, hub_of, in_the_ground, slip_of};
 use linkwork_runtime::prelude::*;
 
@@ -161,6 +162,8 @@ impl Model for WheelScm {
     type Params = WheelScmParams;
     fn build(p: WheelScmParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
+        let soils = p.terrain.soils();
+        soils.iter().try_for_each(|soil| presses_back(soil, p.width, "width"))?;
         Ok(WheelScm { p })
     }
     type Ud = WheelIn;

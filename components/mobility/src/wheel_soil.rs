@@ -205,11 +205,9 @@ impl Model for WheelSoilModel {
     type X = SoilLanes;
     fn build(p: WheelSoilParams) -> Result<Self, BuildError> {
         p.terrain.needs_soil()?;
-        // A soil that differs from place to place is looked at in the middle of the map.
-        let [x0, y0, x1, y1] = p.terrain.bounds();
-        let soil = *p.terrain.soil(0.5 * (x0 + x1), 0.5 * (y0 + y1));
+        let soils = p.terrain.soils();
         let model = WheelSoilModel { p };
-        model.steady(&soil).check()?;
+        soils.iter().try_for_each(|soil| model.steady(soil).check())?;
         Ok(model)
     }
     type Store = View<Tracks>;

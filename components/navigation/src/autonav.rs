@@ -38,23 +38,23 @@ pub struct AutoNavParams {
     #[param(default = 0.4, range = 1e-3..=100.0)]
     pub curvature: f64,
     /// Length of the rectangle around the rover, wheels included, about the pose that it is given.
-    #[param(unit = "m", default = 2.8, range = 0.05..=10.0)]
+    #[param(unit = "m", range = 0.05..=10.0)]
     pub length: f64,
     /// Width of that rectangle.
-    #[param(unit = "m", default = 2.8, range = 0.05..=10.0)]
+    #[param(unit = "m", range = 0.05..=10.0)]
     pub width: f64,
-    /// Step of the ground that is a hazard: below what its wheels climb and its body clears.
-    #[param(unit = "m", default = 0.3, range = 1e-3..)]
-    pub step: f64,
+    /// Step of the ground that is a hazard: below what its wheels climb and its body clears. Default: three fifths of `wheel`.
+    #[param(unit = "m", range = 1e-3..)]
+    pub step: Option<f64>,
     /// Diameter of a wheel: steps are looked for over this length.
-    #[param(unit = "m", default = 0.5, range = 0.01..)]
+    #[param(unit = "m", range = 0.01..)]
     pub wheel: f64,
     /// Tilt of the ground that is a hazard.
     #[param(unit = "rad", default = 0.436, range = 0.01..=1.5)]
     pub slope: f64,
-    /// Roughness of the ground (RMS about a plane) that is a hazard.
-    #[param(unit = "m", default = 0.25, range = 1e-3..)]
-    pub roughness: f64,
+    /// Roughness of the ground (RMS about a plane) that is a hazard. Default: half of `wheel`.
+    #[param(unit = "m", range = 1e-3..)]
+    pub roughness: Option<f64>,
     /// Edge of a cell of the map.
     #[param(unit = "m", default = 0.1, range = 0.03..=1.0)]
     pub cell: f64,
@@ -272,8 +272,8 @@ impl Model for AutoNav {
             radius: body.radius() + 1.5 * p.cell,
             step_width: p.wheel,
             tilt: p.slope,
-            roughness: p.roughness,
-            step: p.step,
+            roughness: p.roughness.unwrap_or(0.5 * p.wheel),
+            step: p.step.unwrap_or(0.6 * p.wheel),
             seen: 0.4,
         };
         let judge = Assessor::new(p.cell, limits).map_err(|e| BuildError::of(&e).at("cell"))?;

@@ -137,6 +137,11 @@ pub trait Terrain: Send + Sync {
     fn bounds(&self) -> [f64; 4];
     /// The soil at a point; [`Soil::UNKNOWN`] where none is written.
     fn soil(&self, x: f64, y: f64) -> &Soil;
+    /// All soils of the map, so that a part can check each of them before the run. Default: the one in the middle of the map.
+    fn soils(&self) -> Vec<Soil> {
+        let [x0, y0, x1, y1] = self.bounds();
+        vec![*self.soil(0.5 * (x0 + x1), 0.5 * (y0 + y1))]
+    }
     /// Whether the soil is known everywhere.
     fn has_soil(&self) -> bool {
         true

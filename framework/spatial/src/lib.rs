@@ -46,6 +46,25 @@ pub fn quat(R: &Mat3) -> Quat {
     Quat::from_rotation_matrix(&nalgebra::Rotation3::from_matrix_unchecked(*R))
 }
 
+/// Returns the moment J(r)⁻ᵀ g of a potential U(r) of a rotation vector r (rad, shorter than π), whose gradient g = ∂U/∂r is given: the power
+/// of this moment at the angular velocity ω is U̇, since ṙ = J(r)⁻¹ ω. All are in the axes against which r turns. The gradient itself is the
+/// moment only where it lies along r; with stiffnesses that differ by axis it would make energy.
+/// ```text
+/// J(r)⁻ᵀ = 1 + [r]×/2 + (1 − (θ/2) cot(θ/2)) [r]×²/θ²,  θ = |r|
+/// ```
+#[must_use]
+pub fn moment_of_gradient(r: &Vec3, gradient: &Vec3) -> Vec3 {
+    let theta2 = r.norm_squared();
+    let theta = theta2.sqrt();
+    // (1 − (θ/2) cot(θ/2)) / θ², by its series near zero.
+    let c = if theta < 1e-3 {
+        1.0 / 12.0 + theta2 / 720.0
+    } else {
+        (1.0 - 0.5 * theta / (0.5 * theta).tan()) / theta2
+    };
+    gradient + r.cross(gradient) * 0.5 + r.cross(&r.cross(gradient)) * c
+}
+
 /// A vector turned by a quaternion [x y z w] of any length; one of no length turns nothing. Without a square root.
 #[inline(always)]
 #[must_use]

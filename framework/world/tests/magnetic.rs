@@ -34,15 +34,26 @@ fn igrf_gives_the_golden_numbers() {
 #[test]
 fn far_away_it_is_a_dipole() {
     let m = Vec3::new(-1.4509e-6, 4.6525e-6, -2.94048e-5);
-    let b = dipole(&m, &Vec3::new(6.9e6, 1e6, 2e6));
+    let b = dipole(&m, RADIUS, &Vec3::new(6.9e6, 1e6, 2e6));
     let golden = Vec3::new(-1.6128006771743223e-05, -5.633075575567971e-06, 1.4968916584129132e-05);
     near3(&b, &golden, 1e-19, "dipole");
     // 2020: g₁₀ −29403.41, g₁₁ −1451.37, h₁₁ 4653.35 nT.
     let field = Igrf::v14().at(&Epoch::parse("2020-01-01 00:00:00 UTC").unwrap()).unwrap();
     let m = Vec3::new(-1451.37e-9, 4653.35e-9, -29403.41e-9);
     let p = Vec3::new(6e8, 1e8, -3e8);
-    let (whole, part) = (field.at(&p), dipole(&m, &p));
+    let (whole, part) = (field.at(&p), dipole(&m, RADIUS, &p));
     assert!((whole - part).norm() < 0.01 * part.norm(), "{whole:?} {part:?}");
+}
+
+/// Jupiter by JRM09 (Connerney and others 2018, Geophys. Res. Lett. 45): g₁₁ −71 498.3, h₁₁ 21 330.5, g₁₀ 410 244.7 nT for R_J = 71 492 km; its
+/// moment is published as 4.170 G R_J³, tilted by 10.31 degrees.
+#[test]
+fn a_dipole_of_another_planet_has_its_own_radius() {
+    let m = Vec3::new(-71_498.3e-9, 21_330.5e-9, 410_244.7e-9);
+    let across = m.cross(&Vec3::new(0.3, -0.8, 0.1)).normalize();
+    let b = dipole(&m, 71_492e3, &(across * 71_492e3));
+    near(b.norm(), 4.170e-4, 1e-7, "field at the magnetic equator");
+    near(m.angle(&Vec3::z()).to_degrees(), 10.31, 0.005, "tilt");
 }
 
 #[test]
@@ -62,7 +73,7 @@ fn a_field_is_cut_at_a_degree() {
     let cut = |degree: usize| Igrf::v14().truncated(degree).map(|i| i.at(&epoch).unwrap());
     let m = Vec3::new(-1451.37e-9, 4653.35e-9, -29403.41e-9);
     let p = Vec3::new(4e6, -3e6, 5e6);
-    near3(&cut(1).unwrap().at(&p), &dipole(&m, &p), 1e-10, "degree 1");
+    near3(&cut(1).unwrap().at(&p), &dipole(&m, RADIUS, &p), 1e-10, "degree 1");
     let whole = Igrf::v14().at(&epoch).unwrap().at(&p);
     assert_eq!(cut(Igrf::v14().degree()).unwrap().at(&p), whole);
     let (five, twelve) =

@@ -97,7 +97,7 @@ fn a_model_stops_the_run_with_its_words() {
     parts: {{
         "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -50] }}),
         "Air": (model: "environment.exponential_atmosphere", params: {{ "temperature": 210, "density": 0.020, "scale_height": 11100, "gas_constant": 191.8, "heat_ratio": 1.33, "heating_constant": 1.9027e-4 }}),
-        "Canopy": (model: "flight.canopy", params: {{ "diameter": 1, "packed": 0.1, "start": "90 s", "efficiency": [[0, 1], [1, 0.8]], "outside": stop }}, bind: {{ "canopy": "node:pack" }}),
+        "Canopy": (model: "flight.canopy", params: {{ "diameter": 1, "drag_coefficient": 0.67, "filling_time": 1, "packed": 0.1, "start": "90 s", "efficiency": [[0, 1], [1, 0.8]], "outside": stop }}, bind: {{ "canopy": "node:pack" }}),
     }},
     step: "10 ms", integrator: "rk4", until: "5 s",
     log: [(channels: ["Canopy.**"], rate: "10 Hz")],

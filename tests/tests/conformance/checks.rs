@@ -1,6 +1,6 @@
 //! What every model keeps. Each check returns its findings, so that it can be shown to fail.
 use super::rig::Rig;
-use super::sample::{self, PATH, build, filled, params, with};
+use super::sample::{self, PATH, build, filled, params, params_for, with};
 use allocation_counter::measure;
 use linkwork_runtime::{Entry, Files, ParamSpec, PortKind, PortSpec, Services, Unit, Value};
 
@@ -121,10 +121,10 @@ pub fn runs(entry: &Entry, services: &Services) -> Vec<String> {
 /// Ends of ranges are taken (by models), the next number outside is refused by name.
 pub fn ranges(entry: &Entry, services: &Services) -> Vec<String> {
     let name = &entry.description.name;
-    let base = params(entry);
     let mut found = Vec::new();
     for (path, spec) in all_params(&entry.description.params, &[]) {
         let Some(range) = spec.range else { continue };
+        let base = params_for(entry, path[0]);
         let whole = spec.kind == "integer";
         let down = |x: f64| if whole { x - 1.0 } else { x.next_down() };
         let up = |x: f64| if whole { x + 1.0 } else { x.next_up() };

@@ -177,6 +177,10 @@ pub fn params(entry: &Entry) -> Value {
             *value = better.into();
         }
     }
+    // Either `porosity` or `filling_time`.
+    if &*d.name == "flight.canopy" {
+        entries.push(("filling_time".into(), Value::Number(1.0).into()));
+    }
     // Either `panels` or `mesh`.
     if matches!(&*d.name, "flight.panel_aerodynamics" | "flight.panel_radiation_pressure") {
         let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
@@ -186,6 +190,18 @@ pub fn params(entry: &Entry) -> Value {
         entries.push(("mesh".into(), Value::Map(vec![entry("file", file)]).into()));
     }
     Value::Map(entries)
+}
+
+/// The same for a check of one parameter, with what that one is refused without.
+pub fn params_for(entry: &Entry, param: &str) -> Value {
+    match (&*entry.description.name, param) {
+        ("flight.magnetic_field", "dipole_radius") => {
+            let number = |x: f64| Value::Number(x).into();
+            let dipole = Value::List([1e-6, 5e-6, -3e-5].map(number).to_vec());
+            with(&params(entry), &["dipole"], dipole)
+        }
+        _ => params(entry),
+    }
 }
 
 /// The same with one more, which may be inside nested structs.

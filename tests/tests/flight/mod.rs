@@ -19,6 +19,7 @@ mod orders;
 mod parting;
 mod refusals;
 mod rendezvous;
+mod reviewed;
 mod site;
 mod site_spacecraft;
 mod spacecraft;

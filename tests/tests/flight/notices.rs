@@ -28,7 +28,7 @@ fn a_canopy_that_is_commanded_again_tells_so_once_and_stays_open() {
         "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -3.7] }),
         "Air": (model: "environment.exponential_atmosphere", params: { "density": 0.020, "scale_height": 11100, "temperature": 210, "gas_constant": 191.8, "heat_ratio": 1.33, "heating_constant": 1.9027e-4 }),
         "Command": (model: "basics.sine", params: { "amplitude": 1, "frequency": 0.1 }),
-        "Canopy": (model: "flight.canopy", params: { "diameter": 10, "filling_time": 1 }, bind: { "canopy": "node:pack" }),
+        "Canopy": (model: "flight.canopy", params: { "diameter": 10, "drag_coefficient": 0.67, "filling_time": 1 }, bind: { "canopy": "node:pack" }),
     },
     wires: ["Command.y -> Canopy.deploy"],
     step: "10 ms", integrator: "rk4", until: "40 s",
@@ -59,7 +59,7 @@ fn a_canopy_beyond_its_table_tells_so_or_stops_the_run() {
     parts: {{
         "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -3.72076] }}),
         "Air": (model: "environment.exponential_atmosphere", params: {{ "temperature": 210, "density": 0.020, "scale_height": 11100, "gas_constant": 191.8, "heat_ratio": 1.33, "heating_constant": 1.9027e-4 }}),
-        "Canopy": (model: "flight.canopy", params: {{ "diameter": 10, "start": "2.005 s", "filling_time": 1, "outside": {outside} }}, bind: {{ "canopy": "node:pack" }}),
+        "Canopy": (model: "flight.canopy", params: {{ "diameter": 10, "drag_coefficient": 0.67, "start": "2.005 s", "filling_time": 1, "outside": {outside} }}, bind: {{ "canopy": "node:pack" }}),
     }},
     step: "10 ms", integrator: "rk4", until: "10 s",
 )"#

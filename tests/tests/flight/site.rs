@@ -227,7 +227,7 @@ fn over_mars(more: &str, wires: &str) -> String {
 fn a_canopy_brakes_alike_in_inertial_axes_and_from_a_site() {
     let canopy = r#""Canopy": (
             model: "flight.canopy",
-            params: { "diameter": 15, "start": "1.3 s", "filling_time": 2, "apparent": 0.3, "breathing": 0.1, "stages": [(share: 0.4), (after: 5)] },
+            params: { "diameter": 15, "drag_coefficient": 0.67, "start": "1.3 s", "filling_time": 2, "apparent": 0.3, "breathing": 0.1, "stages": [(share: 0.4), (after: 5)] },
             bind: { "canopy": "node:craft" },
         ),"#;
     let start = PointMotion {

@@ -164,7 +164,7 @@ fn craft(from: From, control: Control) -> Simulation {
         "Supply": (model: "power.ideal_supply", params: {{ "voltage": 28 }}),
         "Turn": (model: "basics.sine", params: {{ "amplitude": 0.01, "frequency": 0.02 }}),
         "Moment": (model: "flight.control_moment_gyro", params: {{ "momentum": 20, "angle": 0.4 }}, bind: {{ "gimbal": "node:craft/gyro" }}),
-        "Field": (model: "flight.magnetic_field", params: {{ "dipole": [-1.4509e-6, 4.6525e-6, -2.94048e-5] }}, bind: {{ "body": "node:craft" }}),
+        "Field": (model: "flight.magnetic_field", params: {{ "dipole": [-1.4509e-6, 4.6525e-6, -2.94048e-5], "dipole_radius": "6371.2 km" }}, bind: {{ "body": "node:craft" }}),
         "Coils": (model: "flight.magnetic_torquer", params: {{ "dipole_max": 300 }}, bind: {{ "body": "node:craft" }}),
         "Light": (model: "flight.panel_radiation_pressure", bind: {{ "body": "node:craft" }}, params: {{
             "albedo": 0.25, "infrared": 0.75, "panels": [

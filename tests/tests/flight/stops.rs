@@ -62,7 +62,7 @@ fn models() -> Vec<(&'static str, String, &'static str, &'static str)> {
         ),
         of(
             "canopy",
-            r#""diameter": 10, "start": "0.1 s", "filling_time": "0.1 s", "efficiency": [[0, 1], [1, 0.8]]"#,
+            r#""diameter": 10, "drag_coefficient": 0.67, "start": "0.1 s", "filling_time": "0.1 s", "efficiency": [[0, 1], [1, 0.8]]"#,
             "canopy",
             "Mach 1.0000 is beyond the rows of `efficiency`, which end at 1",
         ),

@@ -4,6 +4,7 @@
 mod attitude;
 mod dynamics;
 mod flight;
+mod reviews;
 mod rover;
 mod runtime;
 mod sensors;

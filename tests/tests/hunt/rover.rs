@@ -3,6 +3,18 @@ use super::{Case, hold};
 
 const CASES: &[Case] = &[
     Case {
+        report: "AirSim #3531, subt PR 569: a car whose wheels are locked slides down a slope that its friction holds",
+        text: r#"bodies: { "car": (parent: "world", hinge: Free, mass: 500, inertia: Box([2, 1.2, 0.5]), initial: (position: [0, 0, 0.36], rotation: (rpy: [0, "-20 deg", 0])),
+            nodes: { "a": (position: [0.8, 0.5, -0.1]), "b": (position: [0.8, -0.5, -0.1]), "c": (position: [-0.8, 0.5, -0.1]), "d": (position: [-0.8, -0.5, -0.1]) }) },
+        parts: { EARTH, "Ground": (model: "environment.flat", params: { "slope": "20 deg", "size": 40, "soil": { "kind": "dry_sand" } }),
+            "Wheel": (model: "mobility.wheel_rigid", params: { "radius": 0.2, "width": 0.15, "stiffness": 4e5 }, array: [(bind: { "hub": "node:car/a" }), (bind: { "hub": "node:car/b" }), (bind: { "hub": "node:car/c" }), (bind: { "hub": "node:car/d" })]),
+            "M": (model: "sensors.motion", bind: { "mount": "node:car" }) },
+        step: "1 ms", until: "30 s",
+        figures: { "speed": (of: "M.velocity.x", at: "time >= 20 s"), "across": (of: "M.velocity.y", at: "time >= 20 s"), "end": (of: "M.velocity.x") }"#,
+        // mu = 0.7 against tan 20 deg = 0.364.
+        want: &[("speed", 0.0, 1e-9), ("across", 0.0, 1e-9), ("end", 0.0, 1e-9)],
+    },
+    Case {
         report: "gz-sim #2314, ros2_controllers #878, open-source-rover #175: the inner wheel steers more, and odometry agrees with the commands",
         text: r#"parts: {
             "V": (model: "basics.constant", params: { "value": 1 }), "W": (model: "basics.constant", params: { "value": 0.5 }),

@@ -28,6 +28,18 @@ const CASES: &[Case] = &[
         want: &[("x", 0.0, 1e-9), ("y", 4.5, 1e-9), ("rate", 3.0, 1e-9)],
     },
     Case {
+        report: "bsk_rl #59: a battery that runs flat and is charged again within one row is not seen to have been flat",
+        text: r#"parts: {
+            "Battery": (model: "power.battery", params: { "capacity_ah": 1, "charge": 0.5, "curve": [[0, 12], [1, 12.000001]], "resistance": 0, "charge_efficiency": 1 }),
+            "Sun": (model: "flight.sequence", params: { "rows": [[0, 0], [1200, 48], [2400, 0]] }), "Panel": (model: "power.source"),
+            "Load": (model: "power.load", params: { "power_on": 24, "volts_rated": 12, "volts_min": 5 }), "Zero": (model: "basics.constant", params: { "value": 0 }), "One": (model: "basics.constant", params: { "value": 1 }), "On": (model: "basics.comparator") },
+        wires: ["One.y -> On.a", "Zero.y -> On.b", "On.y -> Load.on", "Sun.y -> Panel.power"], connect: [("Load.supply", "Battery.terminal"), ("Panel.output", "Battery.charger")],
+        step: "3600 s", integrator: "dormand_prince_54", until: "3600 s",
+        figures: { "flat": (of: "Battery.empty", take: "mean"), "end": (of: "Battery.charge"), "when": (of: "Battery.charge", take: "time_of_min") }"#,
+        // 0.5 Ah at 2 A: flat at 900 s. 4 A from 1200 s on give 5 % in 45 s, then the load draws 2 A of it until 2400 s, and all after that.
+        want: &[("flat", 345.0 / 3600.0, 1e-4), ("end", 0.025, 1e-4), ("when", 900.0, 1.0)],
+    },
+    Case {
         report: "gz-sim #225: time to discharge is capacity times voltage over power, and the charge at the start is used",
         text: r#"parts: {
             "Battery": (model: "power.battery", params: { "capacity_ah": 2, "charge": 0.5, "curve": [[0, 12], [1, 12.000001]], "resistance": 0 }),

@@ -306,3 +306,40 @@ fn a_ball_rolls_down_a_map_of_radii_as_down_a_plane() {
         );
     }
 }
+
+/// A soil that carries nothing under a narrow face is refused wherever on the map it is, by all that press it. The wheels looked at the soil
+/// in the middle of the map, and those on nodes and the feet at none: they sank without a word.
+#[test]
+fn a_soil_that_carries_nothing_is_refused_wherever_it_is() {
+    let wheel = r#"params: { "radius": 0.2, "width": 0.1 }"#;
+    let parts = [
+        ("mobility.wheel_soil", wheel),
+        ("mobility.wheel_scm", wheel),
+        ("mobility.foot", r#"params: { "length": 0.2, "outline": "rectangular", "width": 0.1 }"#),
+    ];
+    for (model, params) in parts {
+        let text = |k_c: f64| {
+            format!(
+                r#"Simulation(
+                    bodies: {{ "hub": (parent: "world", hinge: Free, mass: 20, inertia: [1, 1, 1], initial: (position: [0, 0, 0.5])) }},
+                    parts: {{
+                        "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}),
+                        "Ground": (model: "environment.flat", params: {{ "size": 40, "soil": {{ "kind": "dry_sand" }}, "soils": [(outline: [[5, 5], [8, 5], [8, 8]], soil: {{ "kind": "dry_sand", "k_c": {k_c:?} }})] }}),
+                        "Soft": (model: "mobility.scm_ground", rate: "100 Hz"),
+                        "Contact": (model: "{model}", {params}, bind: {{ "hub": "node:hub" }}),
+                    }},
+                    step: "1 ms", until: "1 s")"#
+            )
+        };
+        // k_phi is 1.528e6 N/m^(n+2): under 0.1 m the modulus is below zero from k_c = −1.528e5 on.
+        assert!(
+            common::scene(&text(-1.5e5), &[]).is_ok(),
+            "{model}: {:?}",
+            common::scene(&text(-1.5e5), &[]).err()
+        );
+        let told = common::scene(&text(-1.6e5), &[]).err().unwrap_or_default();
+        for part in ["`Contact", "sinkage modulus", "0.1047 m"] {
+            assert!(told.contains(part), "{model}: {part}: {told}");
+        }
+    }
+}

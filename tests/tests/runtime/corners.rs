@@ -64,7 +64,10 @@ const CORNER_BY_MOTION: &[(&str, &str)] = &[
     ("flight.control_moment_gyro", "its greatest rate"),
     ("flight.gravity_turn", "no airspeed has no direction"),
     ("flight.magnetic_torquer", "its greatest dipole"),
-    ("flight.orbit", "the apocentre of an orbit that opens; it acts on nothing"),
+    (
+        "flight.orbit",
+        "the apocentre of an orbit that opens, which is 1e30 m then; it acts on nothing",
+    ),
     ("flight.panel_aerodynamics", "panels that turn into the wind"),
     ("flight.plume", "panels that turn into the jet"),
     ("flight.slosh", "no spring against the acceleration"),

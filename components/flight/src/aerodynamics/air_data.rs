@@ -122,6 +122,31 @@ pub fn gravity_in_air(
     gravity.acceleration(t, *p) - turns.cross(&turns.cross(p))
 }
 
+/// Checks a written turn rate of the air (rad/s, W) against the rate of the world's body. Zero means rates against W and is always accepted.
+/// `param` names the parameter.
+///
+/// # Errors
+/// The air of the world does not turn like that: both rates.
+pub(super) fn check_air_rate(
+    written: &Vec3,
+    world: Option<&Handle<dyn World>>,
+    param: &str,
+) -> Result<(), BuildError> {
+    let Some(world) = world.filter(|_| *written != Vec3::zeros()) else { return Ok(()) };
+    let turns = world.planet_rate(0.0);
+    if (written - turns).norm() <= 1e-6 * turns.norm() {
+        return Ok(());
+    }
+    let show = |v: &Vec3| format!("[{:e}, {:e}, {:e}]", v.x, v.y, v.z);
+    let fact = format!(
+        "the air turns at {} rad/s in W here, and at {} rad/s by the `world`",
+        show(written),
+        show(&turns)
+    );
+    let help = "write the rate of the world, or leave it out: body rates are then taken against W";
+    Err(BuildError::new(fact).help(help).at(param))
+}
+
 /// Constant of Sutton and Graves (kg^½/m): the one that is written, or else that of the gas.
 ///
 /// # Errors

@@ -9,8 +9,8 @@
 //! Positive C_m raises the nose at positive α; a stable shell has a negative one. Tables are linear
 //! between their points; where they end, `outside` says what happens: the value at the end, or an end of the run at that instant.
 
-use super::air_data::heating_constant;
 use super::air_data::{AirData, Outside};
+use super::air_data::{check_air_rate, heating_constant};
 use crate::table::Surface;
 use linkwork_runtime::prelude::*;
 
@@ -41,7 +41,7 @@ pub struct AxisymmetricParams {
     /// Damping (C_lp, C_mq, C_nr), for rates times D/(2V).
     #[param(default = Vec3::zeros())]
     pub damping: Vec3,
-    /// How the air turns with its planet, W, for the damping; zero: inertial rates.
+    /// How the air turns with its planet, W, for the damping: the rate of the `world`; zero: rates against W.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
     /// What happens where the tables end: clamp, stop.
@@ -56,6 +56,9 @@ pub struct AxisymmetricParams {
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
+    /// The world, with whose body the air turns.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The body.
@@ -135,14 +138,21 @@ pub struct Edge {
     /// since the coefficients have a corner there.
     #[port("1")]
     pub outside: f64,
+    /// Like `outside`, but a level, for a run that begins outside; below zero once the flow has been outside.
+    #[port("1", rising)]
+    pub begins: f64,
 }
 
 impl Edge {
-    /// Of a flow so far inside.
-    pub(super) fn at(inside: f64) -> Edge {
-        Edge { outside: -inside }
+    /// Returns the guards for a flow that is inside by this share of the range; `was`: whether it has been outside.
+    pub(super) fn at(inside: f64, was: &Left) -> Edge {
+        // A flow that begins on the edge is inside; one that leaves is seen by the other guard first.
+        Edge { outside: -inside, begins: if was.outside { -1.0 } else { -inside - BEGINS } }
     }
 }
+
+/// Share of the range's width beyond its edge from which a flow begins outside.
+const BEGINS: f64 = 1e-9;
 
 /// The guard at which a flow leaves, where it rises, by its place in [`Edge`].
 pub(super) const LEAVES: usize = 0;
@@ -275,6 +285,7 @@ impl Model for Axisymmetric {
     type D = Left;
     type G = Edge;
     fn build(p: AxisymmetricParams) -> Result<Self, BuildError> {
+        check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
         let table = |rows: &[Vec<f64>], name: &str| {
             Surface::new((&p.angles, "angles"), (&p.machs, "machs"), (rows, name))
         };
@@ -319,8 +330,8 @@ impl Model for Axisymmetric {
     ) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge::at(self.air(c.t, u).1)
+    fn guards(&self, c: &Clock, _: &Heat, d: &Left, _: &(), u: &BodyIn) -> Edge {
+        Edge::at(self.air(c.t, u).1, d)
     }
     fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
         // It leaves the range or comes in: it has been outside.
@@ -369,6 +380,7 @@ mod tests {
             reference: Vec3::new(0.7, 0.0, 0.02),
             damping: Vec3::new(-0.1, -0.3, -0.2),
             air_rate: Vec3::zeros(),
+            world: None,
             outside,
             nose_radius: 0.5,
             heating_constant: Some(1.9027e-4),

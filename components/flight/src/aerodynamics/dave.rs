@@ -13,7 +13,7 @@
 //! The file's units are converted to SI. Its static shots are run when it is loaded, and a file that
 //! fails its own shots is refused. `set` replaces constants. Where a table ends it clamps, or the run stops.
 
-use super::air_data::{AirData, Outside};
+use super::air_data::{AirData, Outside, check_air_rate};
 use super::axisymmetric::{Edge, Left, leaves, remark};
 use crate::mesh::{named_text, show_text};
 use linkwork_formats::daveml::{DaveModel, Role, read_dave, unit_text};
@@ -105,7 +105,7 @@ pub struct DaveParams {
     /// Inputs of the file (`varID`), in the order of the port `controls`; at most twelve.
     #[param(default = Vec::new())]
     pub controls: Vec<String>,
-    /// How the air turns with its planet, W, for the body rates; zero: inertial rates.
+    /// How the air turns with its planet, W, for the body rates: the rate of the `world`; zero: rates against W.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
     /// Length of the file's Reynolds number; unwritten: its referenceWingChord.
@@ -117,6 +117,9 @@ pub struct DaveParams {
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
+    /// The world, with whose body the air turns.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// Body and controls.
@@ -395,6 +398,7 @@ impl Model for DaveAerodynamics {
     type D = Left;
     type G = Edge;
     fn build(p: DaveParams) -> Result<Self, BuildError> {
+        check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
         let m = p.model.model.clone();
         let wrong = |param: &str, fact: String, help: String| {
             Err(BuildError::new(fact).help(help).at(param))
@@ -527,8 +531,8 @@ impl Model for DaveAerodynamics {
             beta: a.beta(),
         }
     }
-    fn guards(&self, c: &Clock, _: &(), _: &Left, _: &(), u: &DaveIn) -> Edge {
-        Edge::at(self.inside(c.t, u))
+    fn guards(&self, c: &Clock, _: &(), d: &Left, _: &(), u: &DaveIn) -> Edge {
+        Edge::at(self.inside(c.t, u), d)
     }
     fn fired(&self, _: &Clock, _: Fired<'_>) -> ((), Left) {
         // It leaves the range or comes in: it has been outside.

@@ -30,6 +30,7 @@ fn params(text: &str) -> DaveParams {
         set: vec![],
         controls: vec!["EL".into()],
         air_rate: Vec3::zeros(),
+        world: None,
         reynolds_length: None,
         outside: Outside::Stop,
         atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),

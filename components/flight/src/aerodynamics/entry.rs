@@ -195,8 +195,8 @@ impl Model for EntryAerodynamics {
     ) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &EntryIn) -> Edge {
-        Edge::at(self.inside(self.mach(c.t, u)))
+    fn guards(&self, c: &Clock, _: &Heat, d: &Left, _: &(), u: &EntryIn) -> Edge {
+        Edge::at(self.inside(self.mach(c.t, u)), d)
     }
     fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
         // It leaves the range or comes in: it has been outside.

@@ -10,9 +10,12 @@ pub struct RateDampingParams {
     /// Moment over rate about x, y, z of the node.
     #[param(unit = "N m s/rad")]
     pub damping: Vec3,
-    /// Rate of the axes against which the body turns, W.
+    /// Rate of the axes against which the body turns, W: the rate of the air of the `world`, or zero.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub against: Vec3,
+    /// The world, with whose body the air turns.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// The body.
@@ -51,6 +54,7 @@ impl Model for RateDamping {
                 .help("write numbers from 0 up")
                 .at("damping"));
         }
+        super::air_data::check_air_rate(&p.against, p.world.as_ref(), "against")?;
         Ok(RateDamping { p })
     }
     fn direct(&self, _: &Clock, _: &(), _: &(), u: &RateDampingIn) -> RateDampingOut {
@@ -64,10 +68,35 @@ impl Model for RateDamping {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use linkwork_runtime::PlainWorld;
+
+    fn params(damping: Vec3, against: Vec3, world: Option<PlainWorld>) -> RateDampingParams {
+        RateDampingParams { damping, against, world: world.map(PlainWorld::handle) }
+    }
+
+    /// Two statements that disagree are an error: the rate of the air, and the rotation of the world.
+    #[test]
+    fn air_that_turns_otherwise_than_the_world_is_refused() {
+        let turns = 7.292_115e-5;
+        let earth = || Some(PlainWorld::inertial(3.986e14, 6.378e6, turns));
+        let of = |against: Vec3, world| RateDamping::build(params(Vec3::x(), against, world));
+        // Rates from two sources may differ in the seventh digit.
+        for against in [Vec3::zeros(), Vec3::z() * turns, Vec3::z() * 7.292_113e-5] {
+            assert!(of(against, earth()).is_ok(), "{against}");
+        }
+        let of_mars = of(Vec3::z() * 7.088e-5, earth()).err().unwrap();
+        assert_eq!(of_mars.param.as_deref(), Some("against"));
+        assert!(of_mars.message.contains("7.292115e-5") && of_mars.help.is_some(), "{of_mars:?}");
+        let pose = linkwork_spatial::Pose::identity();
+        let site = Site { pose, rate: turns, start: Quat::identity() };
+        // In the axes of a site the air is at rest.
+        let here = Some(PlainWorld::of_site(3.986e14, 6.378e6, site));
+        assert!(of(Vec3::z() * turns, here).is_err());
+    }
 
     #[test]
     fn it_takes_energy_and_knows_the_body_s_axes() {
-        let p = RateDampingParams { damping: Vec3::new(9.0, 15.0, 0.0), against: Vec3::z() };
+        let p = params(Vec3::new(9.0, 15.0, 0.0), Vec3::z(), None);
         let m = RateDamping::build(p).unwrap();
         let rotation = Quat::from_scaled_axis(Vec3::new(0.3, -0.8, 0.5));
         let rate = Vec3::new(0.1, -0.2, 0.4);
@@ -81,7 +110,7 @@ mod tests {
         // No moment acts on a body that rotates with the air.
         let with = at(&RateDampingIn { body, gust_rate: rotation * rate });
         assert!(with.load.moment.norm() < 1e-14);
-        let p = RateDampingParams { damping: Vec3::new(1.0, -1.0, 0.0), against: Vec3::zeros() };
+        let p = params(Vec3::new(1.0, -1.0, 0.0), Vec3::zeros(), None);
         assert!(RateDamping::build(p).is_err_and(|e| e.param.as_deref() == Some("damping")));
     }
 }

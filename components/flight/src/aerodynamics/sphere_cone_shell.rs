@@ -9,8 +9,8 @@
 //! `outside` says what happens: the coefficients at the half-angle, or an end of the run. C_p,max is that of M → ∞: at
 //! Mach 3 it is 5 % too high for air, and below the flow is not Newtonian: below Mach 1 `outside` counts, too.
 
-use super::air_data::heating_constant;
 use super::air_data::{AirData, Outside};
+use super::air_data::{check_air_rate, heating_constant};
 use super::axisymmetric::{AxisymmetricOut, BodyIn, Edge, Heat, LEAVES, Left, Passed, Scales};
 use super::sphere_cone::{SphereCone, base_pressure, pressure_max};
 use linkwork_runtime::prelude::*;
@@ -49,7 +49,7 @@ pub struct SphereConeParams {
     /// Damping (C_lp, C_mq, C_nr), for rates times D/(2V).
     #[param(default = Vec3::zeros())]
     pub damping: Vec3,
-    /// How the air turns with its planet, W, for the damping; zero: inertial rates.
+    /// How the air turns with its planet, W, for the damping: the rate of the `world`; zero: rates against W.
     #[param(unit = "rad/s", default = Vec3::zeros())]
     pub air_rate: Vec3,
     /// What happens above the half-angle and below Mach 1: clamp, stop.
@@ -61,6 +61,9 @@ pub struct SphereConeParams {
     /// The air.
     #[param(service)]
     pub atmosphere: Handle<dyn Atmosphere>,
+    /// The world, with whose body the air turns.
+    #[param(service)]
+    pub world: Option<Handle<dyn World>>,
 }
 
 /// A sphere-cone.
@@ -112,6 +115,7 @@ impl Model for SphereConeShell {
     type D = Left;
     type G = Edge;
     fn build(p: SphereConeParams) -> Result<Self, BuildError> {
+        check_air_rate(&p.air_rate, p.world.as_ref(), "air_rate")?;
         let (half_angle, bluntness) = (p.half_angle, p.bluntness);
         let shape = SphereCone { half_angle, bluntness, pressure_max: pressure_max(p.gamma) };
         let scales = Scales {
@@ -149,8 +153,8 @@ impl Model for SphereConeShell {
     ) -> Heat {
         Heat { load: y.heating }
     }
-    fn guards(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Edge {
-        Edge::at(self.air(c.t, u).1)
+    fn guards(&self, c: &Clock, _: &Heat, d: &Left, _: &(), u: &BodyIn) -> Edge {
+        Edge::at(self.air(c.t, u).1, d)
     }
     fn fired(&self, _: &Clock, _: Fired<'_>, x: &Heat) -> (Heat, Left) {
         // It leaves the range or comes in: it has been outside.
@@ -165,7 +169,9 @@ impl Model for SphereConeShell {
         _: &(),
         u: &BodyIn,
     ) -> Option<BuildError> {
-        (which.rose(LEAVES) && !d.outside).then(|| self.beyond("goes on", &self.air(c.t, u).0))
+        // With `outside: stop` the run stops even if the flow has been outside before.
+        let silent = d.outside && self.p.outside == Outside::Clamp;
+        (which.rose(LEAVES) && !silent).then(|| self.beyond("goes on", &self.air(c.t, u).0))
     }
     fn remarks(&self, c: &Clock, _: &Heat, _: &Left, _: &(), u: &BodyIn) -> Vec<BuildError> {
         let (a, inside) = self.air(c.t, u);
@@ -200,6 +206,7 @@ mod tests {
             nose: Vec3::x() * (0.3 * RADIUS),
             damping: Vec3::zeros(),
             air_rate: Vec3::zeros(),
+            world: None,
             outside: Outside::Clamp,
             heating_constant: Some(1.9027e-4),
             atmosphere: Handle::new("air", Arc::new(Still) as Arc<dyn Atmosphere>),

@@ -1,6 +1,6 @@
 //! `flight.magnetic_field`, `flight.magnetic_torquer`: coils that push against a planet's field.
 //! ```text
-//! dipole   B = (a/r)³ (3 (m · r̂) r̂ − m)      a = 6371.2 km, m = (g₁¹, h₁¹, g₁⁰) in the planet's axes
+//! dipole   B = (a/r)³ (3 (m · r̂) r̂ − m)      m = (g₁¹, h₁¹, g₁⁰) in the planet's axes for the radius a; the Earth's a is 6371.2 km
 //! degree   B = −∇V, V = a Σ (a/r)ⁿ⁺¹ Σ P̃_nm(sin φ)(g cos mλ + h sin mλ): IGRF-14 at the epoch, to the degree that is written
 //! M = d × B                                  d: the dipole of the coils, body axes, within its limit by axis
 //! P = Σ P_max (d/d_max)² + M · ω             i = P/V of the supply; without a supply (V = 0) d = 0
@@ -19,6 +19,10 @@ pub struct FieldParams {
     /// (g₁¹, h₁¹, g₁⁰); unwritten, and without `degree`: at the Earth that of 2020 (IGRF).
     #[param(unit = "T")]
     pub dipole: Option<Vec3>,
+    /// Reference radius a of these coefficients, as their source gives it (Jupiter: 71 492 km). Default: 6371.2 km at the Earth; a `dipole` of
+    /// another body needs it.
+    #[param(unit = "m", range = 1.0..)]
+    pub dipole_radius: Option<f64>,
     /// Degree of IGRF-14 instead of a dipole, 13 at the most; needs the Earth and an epoch, 1900 to 2030.
     #[param(range = 1.0..=13.0)]
     pub degree: Option<usize>,
@@ -48,7 +52,8 @@ pub struct FieldOut {
 
 /// What the field is in the planet's axes.
 enum Source {
-    Dipole(Vec3),
+    /// Coefficients (T) and their reference radius (m).
+    Dipole(Vec3, f64),
     Reference(Box<magnetic::MagneticField>),
 }
 
@@ -56,7 +61,7 @@ impl Source {
     /// B (T) at `p` (m), the planet's axes.
     fn at(&self, p: &Vec3) -> Vec3 {
         match self {
-            Source::Dipole(m) => dipole(m, p),
+            Source::Dipole(m, radius) => dipole(m, *radius, p),
             Source::Reference(field) => field.at(p),
         }
     }
@@ -89,14 +94,41 @@ impl FieldParams {
         }
     }
 
+    /// Refuses a radius without coefficients.
+    fn no_radius_alone(&self) -> Result<(), BuildError> {
+        if self.dipole_radius.is_none() || self.dipole.is_some() {
+            return Ok(());
+        }
+        let fact = "`dipole_radius` is the radius of the coefficients in `dipole`, and these are not written";
+        Err(BuildError::new(fact).help("write `dipole`, or leave it out").at("dipole_radius"))
+    }
+
+    /// Radius (m) of the coefficients that are written: each source has its own, and the field goes with its third power.
+    fn reference_radius(&self) -> Result<f64, BuildError> {
+        if let Some(radius) = self.dipole_radius {
+            return Ok(radius);
+        }
+        match self.world.body() {
+            "earth" => Ok(magnetic::RADIUS),
+            other => {
+                let fact =
+                    format!("the reference radius of the `dipole` of `{other}` is not written");
+                let help = "write `dipole_radius`, the radius for which its source gives the coefficients, e.g. \"71492 km\" for Jupiter";
+                Err(BuildError::new(fact).help(help).at("dipole_radius"))
+            }
+        }
+    }
+
     fn source(&self) -> Result<Source, BuildError> {
         let Some(degree) = self.degree else {
-            if let Some(dipole) = self.dipole {
-                return Ok(Source::Dipole(dipole));
-            }
-            self.at_the_earth("the dipole that is taken where none is written", "dipole")?;
-            return Ok(Source::Dipole(DIPOLE));
+            let Some(dipole) = self.dipole else {
+                self.no_radius_alone()?;
+                self.at_the_earth("the dipole that is taken where none is written", "dipole")?;
+                return Ok(Source::Dipole(DIPOLE, magnetic::RADIUS));
+            };
+            return self.reference_radius().map(|radius| Source::Dipole(dipole, radius));
         };
+        self.no_radius_alone()?;
         if self.dipole.is_some() {
             return Err(BuildError::new("`dipole` and `degree` are both written")
                 .help("take one of them out")
@@ -261,7 +293,12 @@ mod tests {
 
     fn earth(own: PlainWorld, epoch: Option<&'static str>) -> FieldParams {
         let world = Arc::new(Dated { body: "earth", epoch, own }) as Arc<dyn World>;
-        FieldParams { dipole: None, degree: None, world: Handle::new("world", world) }
+        FieldParams {
+            dipole: None,
+            dipole_radius: None,
+            degree: None,
+            world: Handle::new("world", world),
+        }
     }
 
     #[test]
@@ -339,7 +376,12 @@ mod tests {
         let own = turning(Quat::identity(), 0.0);
         let of = |body, epoch| {
             let world = Arc::new(Dated { body, epoch, own }) as Arc<dyn World>;
-            FieldParams { dipole: None, degree: Some(3), world: Handle::new("world", world) }
+            FieldParams {
+                dipole: None,
+                dipole_radius: None,
+                degree: Some(3),
+                world: Handle::new("world", world),
+            }
         };
         let date = Some("2025-01-01 00:00:00 UTC");
         for (p, name, word) in [
@@ -349,13 +391,27 @@ mod tests {
             (FieldParams { dipole: Some(DIPOLE), ..of("earth", date) }, "dipole", "both"),
             (of("mars", date), "degree", "`mars`"),
             (FieldParams { degree: None, ..of("moon", date) }, "dipole", "`moon`"),
+            (other_dipole(None, of("moon", date)), "dipole_radius", "`moon`"),
+            (
+                FieldParams { dipole_radius: Some(7e7), ..of("earth", date) },
+                "dipole_radius",
+                "not written",
+            ),
         ] {
             let e = MagneticField::build(p).err().unwrap();
             assert!(e.param.as_deref() == Some(name) && e.help.is_some(), "{name}: {}", e.message);
             assert!(e.message.contains(word), "{word}: {}", e.message);
         }
-        let own_dipole = FieldParams { degree: None, dipole: Some(DIPOLE), ..of("moon", date) };
-        assert!(MagneticField::build(own_dipole).is_ok());
+        // At the poles of a dipole the field is twice its coefficient, at the radius of its source.
+        let m = MagneticField::build(other_dipole(Some(2e7), of("moon", date))).unwrap();
+        let position = DIPOLE.normalize() * 2e7;
+        let body = NodeState { position, ..NodeState::identity() };
+        let y = m.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &FieldIn { body }, &());
+        assert!((y.field - 2.0 * DIPOLE).norm() < 1e-18, "{}", y.field);
+    }
+
+    fn other_dipole(dipole_radius: Option<f64>, p: FieldParams) -> FieldParams {
+        FieldParams { degree: None, dipole: Some(DIPOLE), dipole_radius, ..p }
     }
 
     #[test]

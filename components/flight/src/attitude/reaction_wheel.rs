@@ -40,7 +40,7 @@ pub struct WheelParams {
     /// Coulomb friction T_c.
     #[param(unit = "N m", default = 0.0, range = 0.0..)]
     pub coulomb: f64,
-    /// Friction T_s at the beginning of motion.
+    /// Friction T_s at the beginning of motion, at least T_c. Default: T_c.
     #[param(unit = "N m", default = 0.0, range = 0.0..)]
     pub breakaway: f64,
     /// Speed Ω_s over which that goes down to T_c.
@@ -183,6 +183,14 @@ impl Model for ReactionWheel {
     type Yd = WheelOut;
     type X = Spin;
     fn build(p: WheelParams) -> Result<Self, BuildError> {
+        if p.breakaway != 0.0 && p.breakaway < p.coulomb {
+            let fact = format!(
+                "friction at the beginning of motion is {} N m, less than the {} N m of a wheel that rotates",
+                p.breakaway, p.coulomb
+            );
+            let help = "write at least `coulomb`, or leave `breakaway` out";
+            return Err(BuildError::new(fact).help(help).at("breakaway"));
+        }
         let turning = turning(p.world.as_ref());
         Ok(ReactionWheel { p, turning })
     }
@@ -314,6 +322,8 @@ mod tests {
         assert!((m.friction(0.05) - 0.003).abs() < 1e-5 && m.friction(0.0) == 0.0);
         assert!((m.friction(100.0) - 0.003).abs() < 1e-12, "0.002 + 1e-5 · 100");
         assert_eq!(m.friction(-30.0), -m.friction(30.0));
+        let e = ReactionWheel::build(WheelParams { breakaway: 0.001, ..params() }).err().unwrap();
+        assert!(e.param.as_deref() == Some("breakaway") && e.help.is_some(), "{e:?}");
     }
 
     #[test]

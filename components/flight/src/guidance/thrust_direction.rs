@@ -3,7 +3,8 @@
 //! z_T = F/|F|, turned towards `up` until its angle to it is `tilt_max`           y_T = (z_T × forward), made unit      x_T = y_T × z_T
 //! T = max(0, F · z)            z: of the body as it is
 //! ```
-//! with x_T as near to `forward` as z_T permits. Without a force the body is to stay as it is. Where z_T lies along `forward`, x of the body takes its place.
+//! with x_T as near to `forward` as z_T permits. Without a force the target is the present attitude. Where z_T lies along `forward`, x of the body takes its place, or its y.
+//! A force straight down is turned towards `forward`, or towards x or y of W where `forward` is vertical.
 
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
@@ -60,14 +61,27 @@ pub struct ThrustDirection {
     vertical: Vertical,
 }
 
-/// Unit vector `z` turned towards `up` until the angle between them is no more than `most`; whether it was turned.
-fn within(z: &Vec3, up: &Vec3, most: f64) -> (Vec3, bool) {
-    let across = z - up * z.dot(up);
-    let (sine, cosine) = (across.norm(), z.dot(up));
-    if sine.atan2(cosine) <= most || sine < 1e-12 {
-        return (*z, sine.atan2(cosine) > most);
+/// Returns the unit vector across `axis` (unit) in the plane of the first of three vectors that is not parallel to it. Two of them must not be
+/// parallel to each other.
+fn across(axis: &Vec3, of: [Vec3; 3]) -> Vec3 {
+    let part = |v: &Vec3| v - axis * v.dot(axis);
+    let found = of.iter().map(part).find(|p| p.norm() > 1e-6);
+    found.unwrap_or_else(|| part(&of[2])).normalize()
+}
+
+/// Unit vector `z` turned towards `up` until the angle between them is no more than `most`; whether it was turned. One that points straight
+/// down is turned to the side of `forward`.
+fn within(z: &Vec3, up: &Vec3, forward: &Vec3, most: f64) -> (Vec3, bool) {
+    let level = z - up * z.dot(up);
+    let (sine, cosine) = (level.norm(), z.dot(up));
+    if sine.atan2(cosine) <= most {
+        return (*z, false);
     }
-    (up * most.cos() + across * (most.sin() / sine), true)
+    let side = match sine < 1e-12 {
+        true => across(up, [*forward, Vec3::x(), Vec3::y()]) * most.sin(),
+        false => level * (most.sin() / sine),
+    };
+    (up * most.cos() + side, true)
 }
 
 /// The attitude in which a body gives a force by thrust along its z, and the part of it that it gives as it stands.
@@ -92,10 +106,12 @@ impl Model for ThrustDirection {
             return ThrustDirectionOut { target, thrust, off: 0.0, limited: false };
         }
         let up = self.vertical.up(c.t, &body.position);
-        let (z, limited) = within(&(u.force / size), &up, self.p.tilt_max);
-        let mut y = z.cross(&self.p.forward.normalize());
+        let forward = self.p.forward.normalize();
+        let (z, limited) = within(&(u.force / size), &up, &forward, self.p.tilt_max);
+        let mut y = z.cross(&forward);
         if y.norm() < 1e-6 {
-            y = z.cross(&(body.rotation * Vec3::x()));
+            let own = |axis: Vec3| body.rotation * axis;
+            y = z.cross(&across(&z, [own(Vec3::x()), own(Vec3::y()), own(Vec3::z())]));
         }
         let y = y.normalize();
         let axes = Rotation3::from_matrix_unchecked(Mat3::from_columns(&[y.cross(&z), y, z]));
@@ -180,6 +196,19 @@ mod tests {
         assert!(((y.target * Vec3::z()).dot(&up) - 0.6_f64.cos()).abs() < 1e-12 && y.limited);
     }
 
+    /// A force straight down has no side on which it leans least: the thrust leans to `forward`, or to x or y of W, and no further than it may.
+    #[test]
+    fn a_force_straight_down_leans_no_further_than_it_may_either() {
+        let up = body().position.normalize();
+        for forward in [Vec3::y(), up, -up] {
+            let y = at(&law(0.6, forward, None), body(), up * -50.0);
+            let z = y.target * Vec3::z();
+            assert!((z.dot(&up) - 0.6_f64.cos()).abs() < 1e-12 && y.limited, "{forward}: {z}");
+        }
+        let z = at(&law(0.6, Vec3::y(), None), body(), up * -50.0).target * Vec3::z();
+        assert!(z.dot(&(Vec3::y() - up * up.y)) > 0.0, "{z}");
+    }
+
     #[test]
     fn without_a_direction_it_stays_and_nonsense_is_refused() {
         let m = law(1.0, Vec3::x(), None);
@@ -193,6 +222,9 @@ mod tests {
         assert!(
             (y.target * Vec3::y()).dot(&x).abs() < 1e-12 && (y.target * Vec3::x()).dot(&x) > 0.0
         );
+        // x of the body lies along it as well: its y takes the place.
+        let y = at(&m, NodeState { rotation: Quat::identity(), ..body() }, Vec3::x() * 9.0);
+        assert!((y.target * Vec3::z() - Vec3::x()).norm() < 1e-12, "{:?}", y.target);
         let gravity = Arc::new(Point { mu: 1.0, site: None }) as Arc<dyn Gravity>;
         let (forward, gravity) = (Vec3::zeros(), Some(Handle::new("g", gravity)));
         let wrong = ThrustDirectionParams { forward, tilt_max: 1.0, world: None, gravity };

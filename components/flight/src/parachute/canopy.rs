@@ -9,7 +9,7 @@
 //! at which a stage begins and is full are events. It opens at the time `start`, or where `deploy`
 //! is at ½ or above when there is none; once open it stays so, a second command does nothing, which a run tells.
 //! Above the last Mach number of `efficiency`, `outside` says what happens: the value there, or an end of the run; below the first it is as slow as there.
-//! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, V at its beginning.
+//! Without `filling_time` each stage fills after Greene: t_f = 0.65 λ D₀/V, V at its beginning, λ the `porosity` in percent.
 //! ρ̇ in ṁ_a is taken along the path over ±1 ms.
 
 use super::inflation::{DISK_GAP_BAND, filling_time, share};
@@ -36,7 +36,7 @@ pub struct CanopyParams {
     #[param(unit = "m", range = 1e-3..)]
     pub diameter: f64,
     /// Drag coefficient C_D over the nominal area π D₀²/4, full and slow.
-    #[param(default = 0.67, range = 0.0..)]
+    #[param(range = 0.0..)]
     pub drag_coefficient: f64,
     /// Rows (Mach, η), rising; as it stands of a disk-gap-band canopy.
     #[param(default = DISK_GAP_BAND.to_vec())]
@@ -53,12 +53,12 @@ pub struct CanopyParams {
     /// Stages of filling; one that goes to 1 is a canopy without reefing.
     #[param(default = vec![Stage { after: 0.0, share: 1.0 }])]
     pub stages: Vec<Stage>,
-    /// Filling time of a stage; default: after Greene.
+    /// Filling time of a stage; default: after Greene, from `porosity`.
     #[param(unit = "s", range = 1e-6..)]
     pub filling_time: Option<f64>,
-    /// Geometric porosity λ in percent, for the filling time after Greene.
-    #[param(default = 12.5, range = 0.0..=100.0)]
-    pub porosity: f64,
+    /// Geometric porosity λ in percent, for the filling time after Greene; it is needed where `filling_time` is not written.
+    #[param(range = 0.0..=100.0)]
+    pub porosity: Option<f64>,
     /// Exponent n of the filling: 1 ribbon, 2 to 3 disk-gap-band and solid.
     #[param(default = 2.0, range = 1.0..=10.0)]
     pub exponent: f64,
@@ -248,6 +248,11 @@ impl Model for Canopy {
         if p.stages[0].share < p.packed || p.stages.windows(2).any(|w| w[1].share < w[0].share) {
             return wrong("a stage has a smaller share than the one before", "a canopy only fills");
         }
+        if p.filling_time.is_none() && p.porosity.is_none() {
+            let fact = "how fast it fills is not written";
+            let help = "write `filling_time`, or `porosity` in percent for the filling time after Greene: 12.5 for a disk-gap-band canopy";
+            return Err(BuildError::new(fact).help(help).at("filling_time"));
+        }
         Ok(Canopy { p, efficiency })
     }
     fn direct(&self, c: &Clock, _: &(), d: &Filling, u: &CanopyIn) -> CanopyOut {
@@ -324,7 +329,8 @@ impl Model for Canopy {
         let speed = (u.canopy.velocity - air.wind).norm();
         let takes = p.filling_time.unwrap_or_else(|| {
             // At rest it would never fill: as at 1 m/s.
-            filling_time(p.porosity, p.diameter, speed.max(1.0)).max(1e-6)
+            let porosity = p.porosity.unwrap_or_default();
+            filling_time(porosity, p.diameter, speed.max(1.0)).max(1e-6)
         });
         let first = d.stage < 0.5;
         // It opens at `start` but for the round-off of the event; at once where the part comes after it.
@@ -428,7 +434,7 @@ mod tests {
             packed: 0.0,
             stages: vec![Stage { after: 0.0, share: 1.0 }],
             filling_time: Some(1.5),
-            porosity: 12.5,
+            porosity: Some(12.5),
             exponent: 2.0,
             breathing: 0.0,
             breathing_frequency: 1.0,
@@ -624,6 +630,9 @@ mod tests {
             let e = Canopy::build(CanopyParams { stages, ..params(1.0) }).err().unwrap();
             assert!(e.param.as_deref() == Some("stages") && e.help.is_some());
         }
+        let p = CanopyParams { filling_time: None, porosity: None, ..params(1.0) };
+        let e = Canopy::build(p).err().unwrap();
+        assert!(e.param.as_deref() == Some("filling_time") && e.help.is_some());
         let m = Canopy::build(params(1.0)).unwrap();
         assert_eq!(
             m.remarks(&at(3.0), &(), &Filling::zero(), &(), &input(0.0, Vec3::x()), &()).len(),

@@ -2,11 +2,10 @@
 //! ```text
 //! d = p_b − p_a      δ = |d| − L      δ̇ = (v_b − v_a) · d/|d|
 //! T = k δ + c δ̇  while taut, else 0        on a: T d/|d|,  on b: −T d/|d|
-//! slack → taut where δ rises through 0      taut → slack where k δ + c δ̇ falls through 0
+//! taut while both δ and k δ + c δ̇ are positive
 //! ```
-//! Both changes are events, located like any other, so that no step runs over the corner. A line that
-//! goes slack while still stretched (the damper pulls it together too slowly) stays slack until it has
-//! been shorter than L.
+//! Changes between slack and taut are events, so that no step of an integrator crosses the corner. A line that goes slack while it is
+//! still longer than L (its ends approach faster than the damper lets it contract) is taut again as soon as k δ + c δ̇ is positive.
 
 use linkwork_runtime::prelude::*;
 
@@ -22,7 +21,7 @@ pub struct LineParams {
     /// Damping c along the line.
     #[param(unit = "N s/m", default = 0.0, range = 0.0..)]
     pub damping: f64,
-    /// Taut at the start.
+    /// It begins under tension; without this a line that begins longer than L is a warning.
     #[param(default = false)]
     pub taut: bool,
 }
@@ -108,15 +107,21 @@ pub struct TautOut {
     pub changes: f64,
 }
 
-/// Where it changes; both are continuous whether it is taut or not.
+/// Where a line becomes taut and slack.
 #[derive(Ports, Clone, Copy, Debug)]
 pub struct Change {
-    /// Length over that without tension: where it rises through 0 a slack line is taut.
-    #[port("m", rising)]
-    pub extension: f64,
-    /// Tension of a taut line over its stiffness: where it falls through 0 the line is slack.
-    #[port("m", falling)]
-    pub pull: f64,
+    /// The lesser of its extension and of the tension of a taut line over its stiffness: above zero the line is taut. It is continuous
+    /// whether the line is taut or not.
+    #[port("m")]
+    pub within: f64,
+}
+
+impl Change {
+    /// Returns the guard of a line with an extension (m) and its rate (m/s), a stiffness (N/m) and a damping (N s/m).
+    pub(super) fn of(extension: f64, rate: f64, (k, c): (f64, f64)) -> Change {
+        let pull = extension + c / k * rate;
+        Change { within: if pull < extension { pull } else { extension } }
+    }
 }
 
 /// A line.
@@ -135,6 +140,7 @@ pub(super) fn stretch(u: &LineIn, length: f64) -> (Vec3, f64, f64) {
 /// A line between two bodies that pulls and never pushes; slack and taut are events.
 #[model("flight.line")]
 impl Model for Line {
+    const MODES: bool = true;
     type Params = LineParams;
     type Ud = LineIn;
     type Ym = TautOut;
@@ -153,10 +159,14 @@ impl Model for Line {
     }
     fn guards(&self, _: &Clock, _: &(), _: &Taut, _: &(), u: &LineIn) -> Change {
         let (_, extension, rate) = stretch(u, self.p.length);
-        Change { extension, pull: extension + self.p.damping / self.p.stiffness * rate }
+        Change::of(extension, rate, (self.p.stiffness, self.p.damping))
+    }
+    fn mode(&self, _: &Clock, _: &(), d: &Taut, u: &LineIn) -> Taut {
+        let (_, extension, rate) = stretch(u, self.p.length);
+        d.after(Change::of(extension, rate, (self.p.stiffness, self.p.damping)).within > 0.0)
     }
     fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Taut) -> ((), Taut) {
-        ((), d.after((d.taut || which.rose(0)) && !which.fell(1)))
+        ((), d.after(which.rose(0)))
     }
     fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &LineIn) -> Vec<BuildError> {
         let (_, extension, _) = stretch(u, self.p.length);
@@ -201,12 +211,14 @@ mod tests {
 
     #[test]
     fn it_is_taut_when_long_and_slack_when_it_would_push() {
-        assert!(at(false, 4.99, 1.0).1.extension < 0.0 && at(false, 5.01, 1.0).1.extension > 0.0);
-        // Stretched, and let go all the same: the damper would push.
-        assert!(at(true, 5.06, -1.0).1.pull > 0.0 && at(true, 5.04, -1.0).1.pull < 0.0);
+        assert!(at(false, 4.99, 1.0).1.within < 0.0 && at(false, 5.01, 1.0).1.within > 0.0);
+        // Stretched, and slack all the same: the damper would push.
+        assert!(at(true, 5.06, -1.0).1.within > 0.0 && at(true, 5.04, -1.0).1.within < 0.0);
+        // A line that became slack like that is taut again as soon as it would pull.
+        assert!(at(false, 5.04, -1.0).1.within < 0.0 && at(false, 5.04, -0.7).1.within > 0.0);
         let fire = |which: usize, taut: bool| {
             let (c, u, d) = (Clock::at(0.0, 0.01, 0), ends(5.0, 1.0), Taut { taut, changes: 2.0 });
-            let which = if which == 0 { Fired::rising(0) } else { Fired::falling(1) };
+            let which = if which == 0 { Fired::rising(0) } else { Fired::falling(0) };
             let (_, d) = line(5.0).fired(&c, which, &(), &d, &(), &u, &mut ());
             (d.taut, d.changes)
         };

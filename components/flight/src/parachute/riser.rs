@@ -4,7 +4,7 @@
 //! p: the point of K next to the canopy            d = p_c − p      δ = |d| − L      δ̇ = (v_c − v_p) · d/|d|
 //! T = k δ + c δ̇  while taut, else 0               on the body: T d/|d| at p,  on the canopy: −T d/|d|
 //! T d/|d| = Σ t_i (p − a_i)/|p − a_i|,  t_i ≥ 0   legs that are taut; one, two or three hold the joint
-//! slack → taut where δ rises through 0            taut → slack where k δ + c δ̇ falls through 0
+//! taut while both δ and k δ + c δ̇ are positive
 //! ```
 //! Legs do not stretch (k is that of riser, lines and legs together) and have no mass, nor has their joint. So the force is that of the potential ½ k δ²: the point
 //! of K next to the canopy is where that is least, and v_p the velocity of the body there. While three legs are taut it is a riser on a point that stands off the
@@ -42,7 +42,7 @@ pub struct RiserParams {
     pub damping: f64,
     /// Legs of the bridle, 1 to 8.
     pub legs: Vec<Leg>,
-    /// Taut at the start.
+    /// It begins under tension; without this a riser that begins longer than L is a warning.
     #[param(default = false)]
     pub taut: bool,
 }
@@ -236,6 +236,7 @@ impl Riser {
 /// The riser of a parachute, from its canopy to the legs of a bridle on a rotating body; slack and taut are events.
 #[model("flight.riser")]
 impl Model for Riser {
+    const MODES: bool = true;
     type Params = RiserParams;
     type Ud = RiserIn;
     type Ym = TautOut;
@@ -291,11 +292,15 @@ impl Model for Riser {
     }
     fn guards(&self, _: &Clock, _: &(), _: &Taut, _: &(), u: &RiserIn) -> Change {
         let s = self.stretch(u);
-        let pull = s.extension + self.p.damping / self.p.stiffness * s.rate;
-        Change { extension: s.extension, pull }
+        Change::of(s.extension, s.rate, (self.p.stiffness, self.p.damping))
+    }
+    fn mode(&self, _: &Clock, _: &(), d: &Taut, u: &RiserIn) -> Taut {
+        let s = self.stretch(u);
+        let law = (self.p.stiffness, self.p.damping);
+        d.after(Change::of(s.extension, s.rate, law).within > 0.0)
     }
     fn fired(&self, _: &Clock, which: Fired<'_>, _: &(), d: &Taut) -> ((), Taut) {
-        ((), d.after((d.taut || which.rose(0)) && !which.fell(1)))
+        ((), d.after(which.rose(0)))
     }
     fn remarks(&self, _: &Clock, _: &(), d: &Taut, _: &(), u: &RiserIn) -> Vec<BuildError> {
         let extension = self.stretch(u).extension;

@@ -174,7 +174,7 @@ fn it_never_pushes_and_what_makes_no_sense_is_refused() {
         m.guards(&c, &(), &d, &(), &ends(Vec3::z() * z), &())
     };
     let full = 10.0 + 0.4 + (2.0_f64.powi(2) - 0.8_f64.powi(2)).sqrt();
-    assert!(guards(full - 1e-6).extension < 0.0 && guards(full + 1e-6).extension > 0.0);
+    assert!(guards(full - 1e-6).within < 0.0 && guards(full + 1e-6).within > 0.0);
     let refused = |legs: Vec<Leg>| {
         let p = RiserParams { length: 10.0, stiffness: 5e3, damping: 0.0, legs, taut: false };
         Riser::build(p).err().unwrap()

@@ -1,13 +1,12 @@
 //! The part of degree 1.
 
-use super::RADIUS;
 use linkwork_spatial::Vec3;
 
-/// B at `p` (m, the Earth's axes), T, of the dipole `m` = (g₁₁, h₁₁, g₁₀), T. Some ten per cent from the
-/// whole field at the ground.
+/// Returns B (T) at `p` (m, the body's axes) of the dipole `m` = (g₁₁, h₁₁, g₁₀) (T), coefficients for the reference radius `radius` (m): of the
+/// Earth [`RADIUS`](super::RADIUS). At the ground of the Earth it differs from the whole field by some ten per cent.
 #[must_use]
-pub fn dipole(m: &Vec3, p: &Vec3) -> Vec3 {
+pub fn dipole(m: &Vec3, radius: f64, p: &Vec3) -> Vec3 {
     let r = p.norm();
     let n = p / r;
-    (n * (3.0 * m.dot(&n)) - m) * (RADIUS / r).powi(3)
+    (n * (3.0 * m.dot(&n)) - m) * (radius / r).powi(3)
 }
