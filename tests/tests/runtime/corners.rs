@@ -23,6 +23,7 @@ const SMOOTH: &[&str] = &[
     "flight.ideal_feed",
     "flight.magnetic_field",
     "flight.rate_damping",
+    "flight.wired_mass",
     "power.heat_source",
     "power.ideal_supply",
     "power.rtg",
