@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 /// Outputs and derivatives are smooth functions of time, states and inputs.
 const SMOOTH: &[&str] = &[
     "actuators.differential",
+    "actuators.gravity_compensation",
     "actuators.spring_damper",
     "basics.constant",
     "basics.energy_meter",
@@ -30,8 +31,10 @@ const SMOOTH: &[&str] = &[
     "power.thermal_boundary",
     "power.thermal_link",
     "power.thermal_node",
+    "sensors.joint_motion",
     "sensors.mass_properties",
     "sensors.motion",
+    "sensors.specific_force",
 ];
 
 /// The only jumps are those of a truth value that it reads (`supply`, `brake`, `grip`, a command), or of a number that its source
