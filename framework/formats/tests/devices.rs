@@ -53,6 +53,35 @@ fn gains_come_from_classes_as_in_mujoco() {
     }
 }
 
+/// MuJoCo 4.0 takes a gain from the class for the same kind and from `general`, and not from another kind.
+#[test]
+fn the_law_of_one_kind_is_not_a_default_for_another() {
+    for (class, kind, gain, bias) in [
+        (r#"position kp="3" kv="4""#, "velocity", [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+        (
+            r#"general gainprm="7" biastype="affine" biasprm="0 0 -5""#,
+            "velocity",
+            [7.0, 0.0, 0.0],
+            [0.0, 0.0, -7.0],
+        ),
+        (r#"velocity kv="5""#, "velocity", [5.0, 0.0, 0.0], [0.0, 0.0, -5.0]),
+        (r#"velocity kv="5""#, "position", [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),
+        (r#"velocity kv="5""#, "motor", [1.0, 0.0, 0.0], [0.0; 3]),
+        (r#"general gaintype="affine" gainprm="1 2 -3""#, "damper", [0.0, 0.0, -3.0], [0.0; 3]),
+        (r#"general gainprm="1 2 -3""#, "damper", [0.0, 0.0, -0.0], [0.0; 3]),
+        (r#"position kp="3""#, "general", [3.0, 0.0, 0.0], [0.0, -3.0, 0.0]),
+        (r#"position kp="3"/><motor gear="4""#, "position", [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]),
+        (r#"position kp="3"/><general gear="5""#, "velocity", [3.0, 0.0, 0.0], [0.0, 0.0, -3.0]),
+    ] {
+        let d = read(&format!(
+            r#"<mujoco><default><{class}/></default><worldbody><body><joint name="a"/><geom size="0.1"/></body></worldbody>
+            <actuator><{kind} name="x" joint="a" ctrlrange="0 1"/></actuator></mujoco>"#
+        ));
+        let a = actuator(&d, "x");
+        assert_eq!((a.gain, a.bias), (gain, bias), "{class} {kind}");
+    }
+}
+
 #[test]
 fn damping_ratios_and_inherited_ranges_are_those_of_mujoco() {
     let d = read(ARM);

@@ -7,7 +7,8 @@
 //! velocity   g = (kv, 0, 0)     b = (0, 0, −kv)
 //! damper     g = (0, 0, −kv)    b = 0
 //! ```
-//! All kinds share one set of default values, on which each element of a class, and then the actuator, writes. A positive b₂ of a position
+//! All kinds share one set of default values, on which each element of a class, and then the actuator, writes; the law of force of one
+//! kind is not a default for another, unless that is `general`. A positive b₂ of a position
 //! servo is a damping ratio ζ: b₂ = −2 ζ √(kp m), with m = 1 / (J M⁻¹ Jᵀ), J = dl/dν, at the reference configuration.
 
 use super::defaults::MAIN;
@@ -24,6 +25,8 @@ pub(super) const ACTUATORS: [&str; 5] = ["general", "motor", "position", "veloci
 /// Values of an actuator.
 #[derive(Clone)]
 struct Values<'e> {
+    /// The kind that wrote the law of force last.
+    kind: &'e str,
     gain_affine: bool,
     gain: [f64; 3],
     bias_affine: bool,
@@ -40,6 +43,7 @@ struct Values<'e> {
 impl Default for Values<'_> {
     fn default() -> Self {
         Self {
+            kind: "general",
             gain_affine: false,
             gain: [1.0, 0.0, 0.0],
             bias_affine: false,
@@ -85,10 +89,12 @@ impl<'e> Mj<'e> {
             let what = format!("actuator `{name}`");
             e.touch();
             let class = self.class_of(cx, e, "class", MAIN);
-            let mut values = Values::default();
-            for one in self.classes.actuators(class).into_iter().chain([e]) {
-                values.write(cx, one, &what);
+            let (mut values, mut levels) = (Values::default(), Vec::new());
+            for level in self.classes.actuators(class) {
+                level.iter().for_each(|one| values.write(cx, one, &what, &levels));
+                levels.push(values.clone());
             }
+            values.write(cx, e, &what, &levels);
             match self.acts_on(cx, e, &what, lengths, &values) {
                 Ok(Some(length)) => {
                     let actuator = self.actuator(cx, (e, &what), &values, length, lengths, d);
@@ -151,7 +157,8 @@ impl<'e> Mj<'e> {
         lengths: &Lengths<'e>,
         d: &Description,
     ) -> Actuator {
-        let limits = (values.inherit > 0.0).then(|| bounds(&length, d)).flatten();
+        let servo = !values.gain_affine && values.bias_affine && values.bias[1] == -values.gain[0];
+        let limits = (servo && values.inherit > 0.0).then(|| bounds(&length, d)).flatten();
         let length = length.geared(values.gear);
         let mut range = |key: &str, (pair, limited): ([f64; 2], Option<bool>)| {
             let holds = limited.unwrap_or(self.settings.autolimits && pair != [0.0; 2]);
@@ -175,7 +182,7 @@ impl<'e> Mj<'e> {
             true => values.gain,
             false => [values.gain[0], 0.0, 0.0],
         };
-        if !values.gain_affine && bias[1] == -gain[0] && bias[2] > 0.0 {
+        if servo && bias[2] > 0.0 {
             match lengths.inertia(&length, d) {
                 Some(mass) => bias[2] *= -2.0 * (gain[0] * mass).sqrt(),
                 None => {
@@ -230,10 +237,22 @@ impl<'e> Mj<'e> {
 }
 
 impl<'e> Values<'e> {
-    /// Writes the attributes of an element as its kind does.
-    fn write(&mut self, cx: &mut Cx<'_>, e: &'e Element, what: &str) {
+    /// Writes the attributes of an element as its kind does; `levels` are the values of the classes around it, from the outermost.
+    fn write(&mut self, cx: &mut Cx<'_>, e: &'e Element, what: &str, levels: &[Self]) {
         let number = |cx: &mut Cx<'_>, name: &str| cx.number(e, name, what);
-        match e.name.as_str() {
+        let kind = e.name.as_str();
+        if kind != "general" {
+            // The law of one kind is not a default for another: that of an outer class is taken.
+            if self.kind != "general" && self.kind != kind {
+                let fits = |l: &&Self| l.kind == "general" || l.kind == kind;
+                let outer = levels.iter().rev().find(fits).cloned().unwrap_or_default();
+                (self.gain_affine, self.gain) = (outer.gain_affine, outer.gain);
+                (self.bias_affine, self.bias) = (outer.bias_affine, outer.bias);
+                self.beyond = outer.beyond;
+            }
+        }
+        self.kind = kind;
+        match kind {
             "motor" => {
                 (self.gain_affine, self.gain) = (false, [1.0, 0.0, 0.0]);
                 (self.bias_affine, self.bias) = (false, [0.0; 3]);
@@ -242,7 +261,7 @@ impl<'e> Values<'e> {
             "position" => {
                 let kp = number(cx, "kp").unwrap_or(self.gain[0]);
                 (self.gain_affine, self.gain[0]) = (false, kp);
-                (self.bias_affine, self.bias[1]) = (true, -kp);
+                (self.bias_affine, self.bias) = (true, [0.0, -kp, self.bias[2]]);
                 self.bias[2] = number(cx, "kv").map_or(self.bias[2], |kv| -kv);
                 self.bias[2] = number(cx, "dampratio").unwrap_or(self.bias[2]);
                 if let Some(time) = number(cx, "timeconst") {
@@ -250,13 +269,14 @@ impl<'e> Values<'e> {
                 }
             }
             "velocity" => {
-                let kv = number(cx, "kv").unwrap_or(1.0);
+                let kv = number(cx, "kv").unwrap_or(self.gain[0]);
                 (self.gain_affine, self.gain) = (false, [kv, 0.0, 0.0]);
                 (self.bias_affine, self.bias) = (true, [0.0, 0.0, -kv]);
                 self.beyond = None;
             }
             "damper" => {
-                let kv = number(cx, "kv").unwrap_or(1.0);
+                let own = if self.gain_affine { -self.gain[2] } else { 0.0 };
+                let kv = number(cx, "kv").unwrap_or(own);
                 (self.gain_affine, self.gain) = (true, [0.0, 0.0, -kv]);
                 (self.bias_affine, self.bias) = (false, [0.0; 3]);
                 self.beyond = None;

@@ -30,8 +30,8 @@ type Values<'e> = BTreeMap<(&'e str, &'e str), &'e Element>;
 /// All default classes by name.
 pub(super) struct Classes<'e> {
     all: BTreeMap<&'e str, Values<'e>>,
-    /// The elements of actuators of each class and the classes around it, in the order of the file: all kinds share one set of values.
-    actuators: BTreeMap<&'e str, Vec<&'e Element>>,
+    /// The elements of actuators of each class after those of the classes around it, from the outermost.
+    actuators: BTreeMap<&'e str, Vec<Vec<&'e Element>>>,
     /// Where each nested class is defined.
     places: BTreeMap<&'e str, &'e Element>,
     /// Other names of the outermost class.
@@ -42,7 +42,7 @@ impl<'e> Classes<'e> {
     /// Reads all `<default>` sections in the order of the file.
     pub fn read(cx: &mut Cx<'_>, root: &'e Element) -> Self {
         let main = BTreeMap::from([(MAIN, Values::new())]);
-        let actuators = BTreeMap::from([(MAIN, Vec::new())]);
+        let actuators = BTreeMap::from([(MAIN, vec![Vec::new()])]);
         let mut out = Self { all: main, actuators, places: BTreeMap::new(), aliases: Vec::new() };
         for top in root.all("default") {
             out.aliases.extend(top.attr("class"));
@@ -60,7 +60,8 @@ impl<'e> Classes<'e> {
                 kind.touch();
             }
             if ACTUATORS.contains(&kind.name.as_str()) {
-                self.actuators.entry(name).or_default().push(kind);
+                let levels = self.actuators.entry(name).or_default();
+                levels.last_mut().into_iter().for_each(|own| own.push(kind));
             }
             if kind.attributes.iter().any(|a| ORIENTATIONS.contains(&a.name.as_str())) {
                 let turned = |k: &(&str, &str)| k.0 == kind.name && ORIENTATIONS.contains(&k.1);
@@ -87,7 +88,8 @@ impl<'e> Classes<'e> {
             self.places.insert(own, inner);
             let copy = self.all[name].clone();
             self.all.insert(own, copy);
-            let copy = self.actuators.get(name).cloned().unwrap_or_default();
+            let mut copy = self.actuators.get(name).cloned().unwrap_or_default();
+            copy.push(Vec::new());
             self.actuators.insert(own, copy);
             self.section(cx, inner, own);
         }
@@ -99,9 +101,9 @@ impl<'e> Classes<'e> {
         known.or_else(|| self.aliases.contains(&name).then_some(MAIN))
     }
 
-    /// The elements whose values an actuator of this class starts with.
-    pub fn actuators(&self, class: &str) -> Vec<&'e Element> {
-        let all: &BTreeMap<&str, Vec<&'e Element>> = &self.actuators;
+    /// The elements whose values an actuator of this class starts with, by class from the outermost.
+    pub fn actuators(&self, class: &str) -> Vec<Vec<&'e Element>> {
+        let all: &BTreeMap<&str, Vec<Vec<&'e Element>>> = &self.actuators;
         all.get(class).cloned().unwrap_or_default()
     }
 

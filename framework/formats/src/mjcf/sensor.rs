@@ -15,6 +15,18 @@ use crate::xml::Element;
 use crate::{Description, Device, DeviceFrame, DeviceKind, Sensor};
 use std::collections::BTreeSet;
 
+/// Sensors of joints and frames.
+const OWN: [&str; 8] = [
+    "jointpos",
+    "jointvel",
+    "gyro",
+    "velocimeter",
+    "accelerometer",
+    "framepos",
+    "framequat",
+    "framelinvel",
+];
+
 /// Element, the attribute that names another device, and the output of that device.
 const OTHERS: [(&str, &str, &str); 5] = [
     ("tendonpos", "tendon", "length"),
@@ -43,9 +55,12 @@ impl<'e> Mj<'e> {
         };
         let (tendons, actuators) = (named(true), named(false));
         for (k, e) in root.all("sensor").flat_map(|list| &list.children).enumerate() {
+            let kind = e.name.as_str();
+            if !OWN.contains(&kind) && OTHERS.iter().all(|(other, ..)| *other != kind) {
+                continue; // listed with everything that was not used
+            }
             let name = e.attr("name").map_or(format!("{}{}", e.name, k + 1), str::to_owned);
             let what = format!("sensor `{name}`");
-            let kind = e.name.as_str();
             let sensor = match kind {
                 "jointpos" | "jointvel" => self.joint_sensor(cx, e, &what, lengths),
                 "gyro" | "velocimeter" => self.at_site(cx, e, &what).map(Sensor::Motion),
@@ -53,7 +68,7 @@ impl<'e> Mj<'e> {
                 "framepos" | "framequat" | "framelinvel" => self.frame_sensor(cx, e, &what),
                 _ => {
                     let Some((_, key, output)) = OTHERS.iter().find(|(k, ..)| *k == kind) else {
-                        continue; // listed with everything that was not used
+                        continue;
                     };
                     e.touch();
                     let Some(device) = cx.required(e, key, &what) else { continue };
@@ -119,7 +134,7 @@ impl<'e> Mj<'e> {
     fn frame_sensor(&self, cx: &mut Cx<'_>, e: &'e Element, what: &str) -> Option<Sensor> {
         let note = match (e.attr("objtype"), e.attr("refname")) {
             (Some("site" | "xbody"), None) => None,
-            (_, Some(_)) => Some("a sensor of a frame in another frame is not read"),
+            (_, Some(_)) => Some("`refname`: a sensor of a frame in another frame is not read"),
             _ => Some("a sensor of a frame that is neither a site nor an xbody is not read"),
         };
         if let Some(note) = note {

@@ -148,6 +148,9 @@ impl<'e> Mj<'e> {
         let springs: BTreeMap<String, f64> =
             d.joints.iter().map(|j| (j.name.clone(), j.spring_reference)).collect();
         for (k, e) in root.all("tendon").flat_map(|l| &l.children).enumerate() {
+            if !matches!(e.name.as_str(), "fixed" | "spatial") {
+                continue; // listed with everything that was not used
+            }
             let name = e.attr("name");
             let label = name.map_or(format!("tendon{}", k + 1), str::to_owned);
             let what = format!("tendon `{label}`");
@@ -166,7 +169,7 @@ impl<'e> Mj<'e> {
                     let rest = rest_of_line(&sites, d).unwrap_or(0.0);
                     (Length::Line { gear: 1.0, sites }, rest)
                 }
-                _ => continue, // listed with everything that was not used
+                _ => continue,
             };
             let tendon = self.tendon(cx, e, &what, (length, rest), &lengths, d);
             d.devices.push(Device { name: label, kind: DeviceKind::Tendon(tendon) });
