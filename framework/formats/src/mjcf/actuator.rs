@@ -243,9 +243,12 @@ impl<'e> Values<'e> {
         let kind = e.name.as_str();
         if kind != "general" {
             // The law of one kind is not a default for another: that of an outer class is taken.
-            if self.kind != "general" && self.kind != kind {
-                let fits = |l: &&Self| l.kind == "general" || l.kind == kind;
-                let outer = levels.iter().rev().find(fits).cloned().unwrap_or_default();
+            let fits = |l: &Self| match l.kind {
+                "general" => kind == "damper" || !l.gain_affine,
+                other => other == kind,
+            };
+            if !fits(self) {
+                let outer = levels.iter().rev().find(|l| fits(l)).cloned().unwrap_or_default();
                 (self.gain_affine, self.gain) = (outer.gain_affine, outer.gain);
                 (self.bias_affine, self.bias) = (outer.bias_affine, outer.bias);
                 self.beyond = outer.beyond;
