@@ -38,6 +38,13 @@ pub fn repository(path: &str, set: &[&str]) -> Result<Simulation, String> {
     Ok(Simulation::of(Arc::new(program)))
 }
 
+/// A simulation in a file of its own folder.
+pub fn in_folder(file: &std::path::Path) -> Result<Simulation, String> {
+    let catalogue = catalogue();
+    let program = finish(load_file(file, &options(&catalogue, &[])), &catalogue)?;
+    Ok(Simulation::of(Arc::new(program)))
+}
+
 /// Nobody watches.
 struct Unwatched;
 

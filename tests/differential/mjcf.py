@@ -107,10 +107,54 @@ class Maker:
         self.joints.append((name, kind))
         return out + "/>"
 
+    def range(self, key, scale=2.0):
+        low, high = sorted(self.r.uniform(-scale, scale) for _ in range(2))
+        return self.maybe(0.4, f' {key}="{low:.5g} {high:.5g}"')
+
+    def positive(self, p, key, scale=3.0):
+        return self.maybe(p, f' {key}="{self.r.uniform(0.01, scale):.4g}"')
+
+    def tendon_attributes(self):
+        out = self.range("range") + self.positive(0.5, "stiffness") + self.positive(0.4, "damping")
+        low = self.r.uniform(0, 1)
+        return out + self.r.choice(["", f' springlength="{low:.4g}"', f' springlength="{low:.4g} {low + 0.3:.4g}"'])
+
+    def actuator_attributes(self, kind):
+        out = self.range("forcerange") + self.maybe(0.4, f' gear="{self.n(3)}"')
+        out += ' ctrlrange="0 1"' if kind == "damper" else self.range("ctrlrange")
+        if kind == "position":
+            out += self.positive(0.5, "kp", 9) + self.positive(0.4, self.r.choice(["kv", "dampratio"]))
+        if kind in ("velocity", "damper"):
+            out += self.positive(0.6, "kv")
+        if kind == "general":
+            out += self.maybe(0.5, f' gaintype="{self.r.choice(["fixed", "affine"])}"') + self.maybe(0.6, f' gainprm="{self.v(3, 4)}"')
+            out += self.maybe(0.5, f' biastype="{self.r.choice(["none", "affine"])}"') + self.maybe(0.6, f' biasprm="{self.v(3, 4)}"')
+        return out
+
+    def devices(self):
+        scalar = [n for n, kind in self.joints if kind in ("hinge", "slide", None)]
+        if not scalar:
+            return ""
+        tendons, out = [], "<tendon>"
+        for k in range(self.r.randrange(0, 3)):
+            inside = "".join(f'<joint joint="{n}" coef="{self.n(2)}"/>' for n in self.r.sample(scalar, self.r.randrange(1, min(3, len(scalar)) + 1)))
+            out += f'<fixed name="t{k}"{self.klass()}{self.tendon_attributes()}>{inside}</fixed>'
+            tendons.append(f"t{k}")
+        if len(self.sites) > 1 and self.r.random() < 0.7:
+            inside = "".join(f'<site site="{s}"/>' for s in self.r.sample(self.sites, self.r.randrange(2, min(4, len(self.sites)) + 1)))
+            out += f'<spatial name="line"{self.klass()}{self.tendon_attributes()}>{inside}</spatial>'
+            tendons.append("line")
+        out += "</tendon><actuator>"
+        for k in range(self.r.randrange(0, 4)):
+            kind = self.r.choice(["motor", "position", "velocity", "damper", "general"])
+            on = f'tendon="{self.r.choice(tendons)}"' if tendons and self.r.random() < 0.3 else f'joint="{self.r.choice(scalar)}"'
+            out += f'<{kind} name="a{k}" {on}{self.klass()}{self.actuator_attributes(kind)}/>'
+        return out + "</actuator>"
+
     def body(self, depth):
         name = f"b{len(self.bodies)}"
         self.bodies.append(name)
-        out = f'<body name="{name}"' + self.pose()
+        out = f'<body name="{name}"' + self.pose() + self.maybe(0.1, f' gravcomp="{self.n(2)}"')
         c = self.klass()
         out += c.replace("class", "childclass") + ">" if self.r.random() < 0.3 else ">"
         free = depth == 0 and self.r.random() < 0.25
@@ -136,7 +180,7 @@ class Maker:
             g = self.geom()
             out += self.maybe(0.2, f"<frame{self.pose()}>") or ""
             out += g + ("</frame>" if out.endswith(">") and out.rstrip().split("<")[-1].startswith("frame") else "")
-        if self.r.random() < 0.2:
+        if self.r.random() < 0.4:
             out += f'<site name="s{len(self.sites)}"{self.pose()}/>'
             self.sites.append(f"s{len(self.sites)}")
         if depth < 3:
@@ -153,6 +197,11 @@ class Maker:
             out += f"<joint{joint}{self.maybe(0.2, f' axis={chr(34)}{self.v(3)}{chr(34)}')}/>"
         if self.r.random() < 0.7:
             out += f"<geom{self.geom_attributes()}{self.orientation()}/>"
+        if self.r.random() < 0.3:
+            out += f"<tendon{self.tendon_attributes()}/>"
+        if self.r.random() < 0.4:
+            kind = self.r.choice(["motor", "position", "velocity", "general"])
+            out += f"<{kind}{self.actuator_attributes(kind)}/>"
         if depth < 2:
             for _ in range(self.r.randrange(0, 3)):
                 inner = f"c{len(self.classes)}"
@@ -180,7 +229,10 @@ class Maker:
             world += f'<replicate count="{count}" offset="{self.v(3)}" euler="{self.angle()} 0 {self.angle()}" sep="-"><body name="rep" pos="{self.v(3)}"><joint name="{name}" axis="{self.v(3)}"/><geom size="0.1"/></body></replicate>'
             width = len(str(count))
             self.joints += [(f"{name}-{k:0{width}d}", "hinge") for k in range(count)]
-        out += f"<worldbody>{world}</worldbody>"
+        for _ in range(r.randrange(0, 2)):
+            world += f'<site name="s{len(self.sites)}"{self.pose()}/>'
+            self.sites.append(f"s{len(self.sites)}")
+        out += f"<worldbody>{world}</worldbody>" + self.devices()
         if len(self.bodies) > 2 and r.random() < 0.4:
             a, b = r.sample(self.bodies, 2)
             out += f'<contact><exclude body1="{a}" body2="{b}"/></contact>'
@@ -254,7 +306,7 @@ def against(m, file, text):
     five = "shellinertia" in text and "ellipsoid" in text
     # MuJoCo keeps vertices of meshes as 32 bit numbers.
     tolerance = 1e-4 if five else 1e-6 if ' mesh="' in text else 1e-8
-    return bodies(m, answer, tolerance) or joints(m, answer, tolerance) or contacts(m, answer) or dynamics(m, answer, expected, tolerance)
+    return bodies(m, answer, tolerance) or joints(m, answer, tolerance) or contacts(m, answer) or dynamics(m, answer, expected, tolerance) or devices(m, data, answer, tolerance)
 
 
 def bodies(m, answer, tolerance):
@@ -356,4 +408,64 @@ def dynamics(m, answer, expected, tolerance):
             return "mass matrix: "
         if differs(state["bias"], bias, tolerance):
             return f"bias: {state['bias']} {bias}"
+    return None
+
+
+def devices(m, data, answer, tolerance):
+    """Forces of actuators, tendons and `gravcomp` at the last state, with random controls."""
+    places = {(j["body"], j["subhinge"]): j["name"] for j in answer["joints"] if j["count"]}
+    found = {d["name"]: d["kind"] for d in answer["devices"]}
+    data.ctrl[:] = np.random.default_rng(m.nu).normal(size=m.nu) * 2
+    mujoco.mj_forward(m, data)
+
+    def length(of, tendon):
+        total = np.zeros(2)
+        if "Line" in of:
+            # The sites are compared, and the length follows from them.
+            sites = [next(iter(s.values())) for s in of["Line"]["sites"]]
+            adr, num = m.tendon_adr[tendon], m.tendon_num[tendon]
+            theirs = [m.site(int(m.wrap_objid[k])).name for k in range(adr, adr + num)]
+            gear = of["Line"]["gear"]
+            return gear * np.array([data.ten_length[tendon], data.ten_velocity[tendon]]) if sites == theirs else total
+        for t in of["Joints"]:
+            i = m.joint(places[t["coordinate"]["body"], t["coordinate"]["subhinge"]]).id
+            total += t["factor"] * np.array([data.qpos[m.jnt_qposadr[i]], data.qvel[m.jnt_dofadr[i]]])
+        return total
+
+    bound = lambda x, pair: x if pair is None else min(max(x, pair[0]), pair[1])
+    for i in range(m.nu):
+        name = m.actuator(i).name
+        if name not in found:
+            return f"actuator missing: {name}"
+        a = found[name]["Actuator"]
+        l, v = length(a["length"], m.actuator_trnid[i, 0])
+        if differs([l, v], [data.actuator_length[i], data.actuator_velocity[i]], tolerance):
+            return f"actuator length: {name} {l} {v} {data.actuator_length[i]} {data.actuator_velocity[i]}"
+        affine = lambda c: c[0] + c[1] * l + c[2] * v
+        force = affine(a["gain"]) * bound(data.ctrl[i], a["control"]) + affine(a["bias"])
+        limits = m.actuator_forcerange[i] if m.actuator_forcelimited[i] else None
+        # `actuatorfrcrange` of the joint is part of the bounds here; in MuJoCo it bounds the joint.
+        own = bound(force, a["force"])
+        theirs = bound(data.actuator_force[i], a["force"])
+        if differs(own, theirs, tolerance) or (a["force"] is None and limits is not None):
+            return f"actuator force: {name} {own} {theirs}"
+    for i in range(m.ntendon):
+        name = m.tendon(i).name
+        t = found[name]["Tendon"]
+        l, v = length(t["length"], i)
+        if differs([l, v], [data.ten_length[i], data.ten_velocity[i]], tolerance):
+            return f"tendon length: {name} {l} {data.ten_length[i]}"
+        for key, value in (("stiffness", m.tendon_stiffness[i]), ("damping", m.tendon_damping[i])):
+            if differs(t[key], np.ravel(value)[0], tolerance):
+                return f"tendon {key}: {name} {t[key]} {value}"
+        if differs(t["rest"], m.tendon_lengthspring[i], tolerance):
+            return f"tendon rest: {name} {t['rest']} {m.tendon_lengthspring[i]}"
+        limits = list(m.tendon_range[i]) if m.tendon_limited[i] else None
+        if (t["range"] is None) != (limits is None) or (limits and differs(t["range"], limits)):
+            return f"tendon range: {name} {t['range']} {limits}"
+    shares = {d["kind"]["GravityCompensation"]["body"]: d["kind"]["GravityCompensation"]["share"] for d in answer["devices"] if "GravityCompensation" in d["kind"]}
+    for i in range(1, m.nbody):
+        name = m.body(i).name
+        if name and differs(shares.get(name, 0.0), m.body_gravcomp[i]):
+            return f"gravcomp: {name}"
     return None

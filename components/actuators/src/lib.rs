@@ -1,5 +1,6 @@
 //! Component library: actuators. DC motors with gear, friction and brake; drives of torque, servos of rate and position; springs,
-//! dampers, stops and differentials on hinges; drives of ball hinges and belts; struts and bushings between bodies; followers that prescribe a hinge.
+//! dampers, stops and differentials on hinges; drives of ball hinges and belts; tendons and actuators on joints, sums of joints and
+//! lines over sites; balancers of weight; struts and bushings between bodies; followers that prescribe a hinge.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "actuators.dc_motor"`):
 //! ```
@@ -13,9 +14,13 @@ pub mod bushing;
 pub mod dc_motor;
 pub mod followers;
 pub mod friction;
+pub mod general_actuator;
+pub mod gravity_compensation;
 pub mod hinges;
 pub mod servo;
 pub mod strut;
+pub mod tendon;
+mod transmission;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -35,5 +40,8 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<servo::PositionServo>(),
         Entry::model::<ball_drive::BallDrive>(),
         Entry::model::<belt::Belt>(),
+        Entry::sized::<general_actuator::GeneralActuator>(),
+        Entry::sized::<tendon::Tendon>(),
+        Entry::model::<gravity_compensation::GravityCompensation>(),
     ]
 }

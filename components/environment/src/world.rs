@@ -32,7 +32,9 @@ use linkwork_runtime::SOLAR_CONSTANT;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::WorldError;
-use linkwork_world::planet::rotation::{Earth, EarthOrientation, EarthParameters, FixedRate};
+use linkwork_world::planet::rotation::{
+    Earth, EarthOrientation, EarthParameters, FixedRate, PckConstants,
+};
 use linkwork_world::planet::{self as world, Ellipsoid, Epoch, Geodetic, Rotation, Spin};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -113,6 +115,13 @@ pub struct WorldParams {
     /// EOP-All.csv of CelesTrak. It takes the place of `dut1` and `pole`.
     #[param(default = None)]
     pub orientation: Option<String>,
+    /// Text kernel of planetary constants (.tpc, such as pck00011.tpc of NAIF): pole and prime meridian of the body `naif` with `turns: iau`,
+    /// and its radii where they are not written.
+    #[param(default = None)]
+    pub constants: Option<String>,
+    /// NAIF's number of the body in `constants`, such as 499 for Mars, 2000001 for Ceres.
+    #[param(default = None)]
+    pub naif: Option<u32>,
     /// Equatorial radius for heights; default: the body's (WGS 84, IAU).
     #[param(unit = "m", range = 1.0..)]
     pub radius: Option<f64>,
@@ -151,6 +160,8 @@ impl WorldParams {
             dut1: 0.0,
             pole: [0.0, 0.0],
             orientation: None,
+            constants: None,
+            naif: None,
             radius: None,
             flattening: None,
             site: None,
@@ -199,6 +210,23 @@ impl WorldParams {
         Earth::by_day(epoch, &table, self.span).map(Some).map_err(|e| told(&e))
     }
 
+    /// The constants of `constants`, and the body's number in them.
+    fn constants(&self, files: &Files) -> Result<Option<(PckConstants, u32)>, BuildError> {
+        match (&self.constants, self.naif) {
+            (None, None) => Ok(None),
+            (Some(file), Some(body)) => {
+                let text = files.text(file)?;
+                let pck = PckConstants::read(file, &text).map_err(|e| told(&e))?;
+                Ok(Some((pck, body)))
+            }
+            _ => {
+                let fact = "`constants` and `naif` belong together";
+                let help = "write both, such as constants: \"pck00011.tpc\", naif: 499";
+                Err(BuildError::new(fact).help(help))
+            }
+        }
+    }
+
     pub(crate) fn rotation(&self, files: &Files) -> Result<Rotation, BuildError> {
         let turns = self.turning();
         if self.orientation.is_some() && (turns, self.body) != (Turning::Iau, Centre::Earth) {
@@ -217,6 +245,16 @@ impl WorldParams {
             let help = "write `turns: iau`, by which it follows from the date, or the `angle` from x of W to the prime meridian";
             return Err(BuildError::new(fact).help(help));
         }
+        if let Some((pck, body)) = self.constants(files)? {
+            if (turns, self.body == Centre::Earth) != (Turning::Iau, false) {
+                let fact = "`constants` is written, and the body does not turn by them";
+                let help = "write `turns: iau` and a body other than earth, or remove `constants`";
+                return Err(BuildError::new(fact).help(help));
+            }
+            let epoch = self.epoch("`constants`")?;
+            let made = pck.rotation(body, epoch.tdb_days());
+            return made.map(Rotation::Iau).map_err(|e| told(&e));
+        }
         let made = match (turns, self.body) {
             (Turning::Still, _) => fixed(0.0),
             (Turning::Fixed, body) => match self.rate.or_else(|| body.rate()) {
@@ -228,8 +266,9 @@ impl WorldParams {
             },
             (Turning::Iau, Centre::Other) => {
                 let fact = "`turns: iau` is known for the Earth, Mars and the Moon";
-                return Err(BuildError::new(fact)
-                    .help("write `turns: fixed` with `rate` and `angle`, or `turns: still`"));
+                return Err(BuildError::new(fact).help(
+                    "write `constants: \"pck00011.tpc\", naif: 499`, `turns: fixed` with `rate` and `angle`, or `turns: still`",
+                ));
             }
             (Turning::Iau, Centre::Mars) => Ok(Rotation::mars(&self.epoch("`turns: iau`")?)),
             (Turning::Iau, Centre::Moon) => Ok(Rotation::moon(&self.epoch("`turns: iau`")?)),
@@ -255,7 +294,17 @@ impl WorldParams {
             return Err(BuildError::new("`rate` is written, but the planet does not turn by it")
                 .help("remove `rate`, or write `turns: fixed`"));
         }
-        let own = self.body.ellipsoid();
+        let own = match self.constants(files)? {
+            Some((pck, body)) => match pck.radii(body) {
+                // The mean of the two radii of the equator, which heights are counted from.
+                Some([x, y, z]) if 2.0 * z <= x + y => {
+                    let equator = 0.5 * (x + y);
+                    Some(Ellipsoid::new(equator, 1.0 - z / equator).map_err(|e| told(&e))?)
+                }
+                _ => self.body.ellipsoid(),
+            },
+            None => self.body.ellipsoid(),
+        };
         let Some(radius) = self.radius.or(own.map(|o| o.equatorial_radius())) else {
             let fact = "`body: other` has no `radius`";
             return Err(BuildError::new(fact).help("write the radius from which heights count"));

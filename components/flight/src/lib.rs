@@ -30,6 +30,7 @@ pub mod radiation;
 pub mod recontact;
 pub mod separation_spring;
 pub mod table;
+pub mod wired_mass;
 
 use linkwork_runtime::prelude::Entry;
 
@@ -38,6 +39,8 @@ pub fn catalogue() -> Vec<Entry> {
     vec![
         Entry::model::<aerodynamics::axisymmetric::Axisymmetric>(),
         Entry::model::<aerodynamics::dave::DaveAerodynamics>(),
+        Entry::sized::<aerodynamics::dave_model::DaveStatic>(),
+        Entry::model::<wired_mass::WiredMass>(),
         Entry::model::<aerodynamics::entry::EntryAerodynamics>(),
         Entry::model::<aerodynamics::gusts::Gusts>(),
         Entry::model::<aerodynamics::panels::PanelAerodynamics>(),

@@ -1,6 +1,6 @@
-//! Component library: sensors. Encoders, inertial units, attitudes, poses and motions of nodes, cameras, lidar, radar, star
-//! trackers, sun sensors, magnetometers, receivers of satellite navigation, solar clocks, forces at a mount, currents, rocks
-//! that were come over; noise follows from the seed.
+//! Component library: sensors. Encoders, inertial units, attitudes, poses and motions of nodes, motions of joints, cameras, lidar,
+//! radar, star trackers, sun sensors, magnetometers, receivers of satellite navigation, solar clocks, forces at a mount, currents,
+//! rocks that were come over; noise follows from the seed.
 //!
 //! A program takes it by its catalogue, and a file names its models (`model: "sensors.imu"`):
 //! ```
@@ -20,6 +20,7 @@ pub mod gnss;
 pub mod imu;
 pub mod imu_increments;
 pub mod inclinometer;
+pub mod joint_motion;
 pub mod lidar;
 pub mod magnetometer;
 pub mod mass_properties;
@@ -29,6 +30,7 @@ pub mod potentiometer;
 pub mod radar;
 pub mod rock_overlap;
 pub mod solar_clock;
+pub mod specific_force;
 pub mod star_tracker;
 pub mod sun_sensor;
 #[cfg(test)]
@@ -49,6 +51,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::model::<imu::Imu>(),
         Entry::model::<imu_increments::ImuIncrements>(),
         Entry::model::<inclinometer::Inclinometer>(),
+        Entry::model::<joint_motion::JointMotion>(),
         Entry::sized::<lidar::LidarSensor>(),
         Entry::model::<magnetometer::Magnetometer>(),
         Entry::model::<mass_properties::MassProperties>(),
@@ -58,6 +61,7 @@ pub fn catalogue() -> Vec<Entry> {
         Entry::sized::<radar::Radar>(),
         Entry::sized::<rock_overlap::RockOverlap>(),
         Entry::model::<solar_clock::SolarClock>(),
+        Entry::model::<specific_force::SpecificForce>(),
         Entry::model::<star_tracker::StarTracker>(),
         Entry::model::<sun_sensor::SunSensor>(),
     ]

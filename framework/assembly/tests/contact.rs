@@ -61,7 +61,7 @@ fn every_field_of_colliders_and_contact_is_read() {
     let block = of("deck/shape2");
     assert_eq!(block.fine, Solid::Box { half: Vec3::new(0.5, 1.0, 1.5) });
     assert_eq!((block.material.friction, block.material.restitution), (0.4, 0.1));
-    assert_eq!((block.groups, block.collides_with), (1, u32::MAX));
+    assert_eq!((block.groups, block.collides_with), (1, u128::MAX));
     assert!(matches!(&of("deck/hull").fine, Solid::ConvexHull { points } if points.len() == 4));
     let Solid::Mesh { vertices, triangles } = &of("deck/mesh").fine else { panic!() };
     assert_eq!((vertices.len(), triangles.len(), vertices[1]), (12, 4, Vec3::y()));

@@ -211,9 +211,9 @@ pub struct ColliderSpec {
     /// A simpler shape in the same frame, for queries that ask for it.
     pub coarse: Option<Shape>,
     /// Groups that it is a member of, one bit each.
-    pub groups: u32,
+    pub groups: u128,
     /// Groups that it meets. A pair meets when each is in a group that the other meets.
-    pub collides_with: u32,
+    pub collides_with: u128,
     /// Whether it meets the terrain.
     pub terrain: OnTerrain,
     /// The shape is taken to be this much thicker all around, m. Rays see it without.
@@ -247,7 +247,7 @@ impl ColliderSpec {
             fine,
             coarse: None,
             groups: 1,
-            collides_with: u32::MAX,
+            collides_with: u128::MAX,
             terrain: OnTerrain::Collide,
             padding: 0.0,
             discs: 0,

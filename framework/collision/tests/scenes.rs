@@ -18,11 +18,11 @@ fn crowd(n: usize, r: &mut Random) -> (Vec<ColliderSpec>, Multibody, Vec<Pose>) 
         )
         .at(r.pose(0.1));
         s.padding = r.between(0.0, 0.02);
-        (s.groups, s.collides_with) = (1 << (i % 3), if i % 4 == 0 { 0b101 } else { u32::MAX });
+        (s.groups, s.collides_with) = (1 << (i % 3), if i % 4 == 0 { 0b101 } else { u128::MAX });
         s.material = Material { friction: r.between(0.1, 1.0), restitution: r.between(0.0, 0.9) };
         specs.push(s);
     }
-    specs[0].groups = u32::MAX;
+    specs[0].groups = u128::MAX;
     let poses = (0..n)
         .map(|_| Pose::new(r.rotation(), r.vec().component_mul(&Vec3::new(2.0, 2.0, 1.0))))
         .collect();

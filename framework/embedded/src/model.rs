@@ -549,13 +549,13 @@ impl RobotModel {
 pub fn colliders_of(d: &Description) -> Result<Vec<ColliderSpec>, ModelError> {
     let (mut out, mut faults) = (Vec::<ColliderSpec>::new(), Vec::new());
     let classes = d.collision_classes();
-    if classes.meets.len() > 32 {
+    if classes.meets.len() > 128 {
         faults.push(ModelFault::Refused {
             what: format!("bit masks of {} kinds of collision shapes", classes.meets.len()),
-            help: "32 kinds are the most; give shapes that meet the same ones the same masks",
+            help: "128 kinds are the most; give shapes that meet the same ones the same masks",
         });
     }
-    let bits = |all: &[usize]| all.iter().filter(|k| **k < 32).fold(0_u32, |sum, k| sum | 1 << k);
+    let bits = |all: &[usize]| all.iter().filter(|k| **k < 128).fold(0_u128, |sum, k| sum | 1 << k);
     let one = classes.meets.len() < 2;
     let mut count: BTreeMap<&str, usize> = BTreeMap::new();
     let mut names = BTreeSet::new();

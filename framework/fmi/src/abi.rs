@@ -180,6 +180,7 @@ table!(
         do_step = "DoStep": unsafe extern "C" fn(
             Raw, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> Status,
         enter_event = "EnterEventMode": Plain,
+        enter_step = "EnterStepMode": Plain,
         discrete_states = "UpdateDiscreteStates": unsafe extern "C" fn(
             Raw, *mut u8, *mut u8, *mut u8, *mut u8, *mut u8, *mut f64) -> Status,
         enter_continuous = "EnterContinuousTimeMode": Plain,

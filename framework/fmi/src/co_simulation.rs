@@ -5,7 +5,7 @@
 //!              inputs of t_k → the unit → doStep(t_k, h) → outputs of t_k+1
 //! ```
 //! Inputs are held over a step, and outputs are known at its end: the error of the coupling is of
-//! first order in h.
+//! first order in h. Units of 3.0 with event mode stop at their own events inside the step, and take discrete inputs in event mode.
 use crate::instance::Kind;
 use crate::part::{Live, Part, describe, get_all};
 use crate::start::UnitParams;
@@ -110,10 +110,18 @@ impl Block for Stepping {
         let (u, h) = (&self.u, self.w.period_s);
         self.live.get_mut().with(now.t, |instance, saved, part| {
             let mut u = &u[..];
-            for slot in &part.ports.inputs[0] {
+            let inputs = &part.ports.inputs[0];
+            let event = instance.steps_with_events() && inputs.iter().any(|slot| slot.discrete);
+            if event {
+                instance.enter_event()?;
+            }
+            for slot in inputs {
                 let (own, rest) = u.split_at(slot.size);
                 instance.set(slot, own)?;
                 u = rest;
+            }
+            if event {
+                instance.handle_event()?;
             }
             instance.step(now.t, h)?;
             get_all(instance, &part.ports.outputs[0], &mut saved.outputs)

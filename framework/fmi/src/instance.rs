@@ -1,11 +1,13 @@
 //! A living instance of a unit: one safe set of operations over both versions of the C interface.
 //!
 //! ```text
-//! instantiated → set start values → initialization → step (co-simulation)
+//! instantiated → set start values → initialization → step ⇄ event (co-simulation)
 //!                                                  → event ⇄ continuous time (model exchange)
 //! ```
 //! Every call's status is looked at. After an error the instance takes no further call but its end;
 //! after a fatal one not even that.
+mod stepping;
+
 use crate::abi::{Callbacks2, EventInfo2, Raw, Status, calloc, free};
 use crate::log::{Log, logger2, logger3};
 use crate::slot::Slot;
@@ -15,6 +17,7 @@ use linkwork_runtime::Failure;
 use std::ffi::{CString, c_int, c_void};
 use std::ptr::null_mut;
 use std::sync::Arc;
+use stepping::has_events;
 
 /// How a unit is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -151,7 +154,8 @@ impl Instance {
                 match kind {
                     Kind::CoSimulation => {
                         let make = there(f.instantiate_cs, "fmi3InstantiateCoSimulation")?;
-                        // SAFETY: as above; no event mode, no early return, no intermediate update.
+                        let events = has_events(unit);
+                        // SAFETY: as above; early return with event mode alone, no intermediate update.
                         unsafe {
                             make(
                                 label.as_ptr(),
@@ -159,8 +163,8 @@ impl Instance {
                                 resources.as_ptr(),
                                 false,
                                 false,
-                                false,
-                                false,
+                                events,
+                                events,
                                 std::ptr::null(),
                                 0,
                                 environment,
@@ -261,6 +265,9 @@ impl Instance {
             }
         }
         self.stage = Stage::Initialized;
+        if self.kind == Kind::CoSimulation && has_events(&unit) {
+            return self.handle_event(); // initialization ends in event mode
+        }
         Ok(())
     }
 
@@ -457,38 +464,6 @@ impl Instance {
     /// After an error only its end is left.
     pub fn is_over(&self) -> bool {
         matches!(self.stage, Stage::Failed | Stage::Dead)
-    }
-
-    /// Advances a co-simulation unit from `t` by `h` (s).
-    pub fn step(&mut self, t: f64, h: f64) -> Result<()> {
-        let unit = self.unit.clone();
-        match &unit.functions {
-            Functions::V2(f) => {
-                let step = there(f.do_step, "fmi2DoStep")?;
-                // SAFETY: a living co-simulation instance; arguments are numbers.
-                let status = unsafe { step(self.raw, t, h, 0) };
-                self.check(status, "DoStep")
-            }
-            Functions::V3(f) => {
-                let step = there(f.do_step, "fmi3DoStep")?;
-                let (mut event, mut end, mut early, mut reached) = (0, 0, 0, t + h);
-                // SAFETY: as above, with room for four answers.
-                let status = unsafe {
-                    step(self.raw, t, h, false, &mut event, &mut end, &mut early, &mut reached)
-                };
-                self.check(status, "DoStep")?;
-                if end != 0 {
-                    return Err(ended(&self.log));
-                }
-                if early != 0 {
-                    return Err(failure(
-                        format!("the unit stopped inside its step, at {reached} s"),
-                        "it was told not to: ask the maker of the unit, or take a shorter step",
-                    ));
-                }
-                Ok(())
-            }
-        }
     }
 
     pub fn enter_event(&mut self) -> Result<()> {

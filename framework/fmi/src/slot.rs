@@ -1,5 +1,5 @@
 //! A variable of a unit as the rest of the simulation sees it: values of SI.
-use linkwork_formats::fmi::{FmiVariable, VariableKind};
+use linkwork_formats::fmi::{FmiVariable, Variability, VariableKind};
 
 /// A variable as values of SI: value = factor × number + offset.
 #[derive(Clone, Debug)]
@@ -10,6 +10,8 @@ pub(crate) struct Slot {
     pub size: usize,
     pub factor: f64,
     pub offset: f64,
+    /// It changes at events only.
+    pub discrete: bool,
 }
 
 impl Slot {
@@ -25,6 +27,7 @@ impl Slot {
             size: v.size,
             factor,
             offset,
+            discrete: !v.kind.is_float() || v.variability == Variability::Discrete,
         }
     }
 }

@@ -39,6 +39,7 @@ fn described(d: &Description, request: &Value) -> Value {
     json!({
         "bodies": mbs.bodies().iter().map(body).collect::<Vec<_>>(),
         "joints": d.joints.iter().map(|j| joint(&mbs, j)).collect::<Vec<_>>(),
+        "devices": d.devices,
         "couplings": d.couplings.len(),
         "loops": d.loops.len(),
         "visuals": d.shapes.iter().filter(|s| s.role == ShapeRole::Visual).count(),
@@ -69,7 +70,7 @@ fn joint(mbs: &Multibody, j: &linkwork_formats::Joint) -> Value {
     };
     let s = s.subhinge;
     json!({
-        "name": j.name, "count": j.count,
+        "name": j.name, "count": j.count, "body": j.body, "subhinge": j.subhinge,
         "lower": finite(s.limits.lower), "upper": finite(s.limits.upper),
         "rate": finite(s.limits.rate), "effort": finite(s.limits.effort), "ball": finite(s.ball.angle),
         "damping": s.damping, "friction": s.friction.force, "armature": s.armature,

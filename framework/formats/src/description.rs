@@ -5,6 +5,7 @@
 //! loop closure   X_AB(q) = motion that the hinge permits
 //! ```
 
+use crate::device::Device;
 use linkwork_multibody::{Builder, Coupling, HingeCoordinate, LoopClosure, Multibody};
 use linkwork_spatial::{Pose, Vec3};
 use serde::{Deserialize, Serialize};
@@ -26,10 +27,14 @@ pub struct Description {
     pub couplings: Vec<Coupling>,
     /// Hinges that close loops of the tree.
     pub loops: Vec<LoopClosure>,
+    /// How mesh files of collision shapes collide.
+    pub collision_meshes: CollisionMeshes,
     /// Pairs of bodies that do not meet although their collision shapes would.
     pub exclusions: Vec<[String; 2]>,
     /// Pairs of collision shapes, by their places in `shapes`, that meet whatever their filters say.
     pub pairs: Vec<[usize; 2]>,
+    /// Actuators, tendons, sensors and balancers.
+    pub devices: Vec<Device>,
     /// Bodies that roll on the ground.
     pub wheels: Vec<Wheel>,
     /// The configuration that the file shows, where it is not the neutral one.
@@ -38,6 +43,16 @@ pub struct Description {
     pub ignored: Vec<Ignored>,
     /// Mass properties that no body has and that were read all the same ([`Unphysical::Read`](crate::Unphysical::Read)).
     pub doubtful: Vec<Ignored>,
+}
+
+/// How the mesh file of a collision shape collides.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CollisionMeshes {
+    /// By its triangles.
+    #[default]
+    Triangles,
+    /// By the convex hull of its corners, as in MJCF.
+    Hulls,
 }
 
 /// A shape on a body.

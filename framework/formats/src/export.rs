@@ -350,6 +350,7 @@ impl<'d> Writer<'d> {
         }
         let d = self.d;
         self.left_out.extend(d.loops.iter().map(|l| format!("loop `{}`", l.name)));
+        self.left_out.extend(d.devices.iter().map(|x| format!("device `{}`", x.name)));
         self.left_out.extend(d.wheels.iter().map(|w| format!("wheel `{}`", w.body)));
         self.left_out.extend(d.initial.iter().map(|i| format!("initial q of `{}`", i.body)));
         let springs = d.joints.iter().filter(|j| j.stiffness != 0.0);

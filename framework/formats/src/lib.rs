@@ -45,6 +45,7 @@
 
 pub mod daveml;
 mod description;
+mod device;
 mod error;
 mod export;
 pub mod fmi;
@@ -62,9 +63,10 @@ mod urdf;
 mod xml;
 
 pub use description::{
-    BodyShape, CollisionClasses, Description, Filter, Geometry, Ignored, Initial, Joint, ShapeRole,
-    Surface, Wheel, WheelRole,
+    BodyShape, CollisionClasses, CollisionMeshes, Description, Filter, Geometry, Ignored, Initial,
+    Joint, ShapeRole, Surface, Wheel, WheelRole,
 };
+pub use device::{Actuator, Device, DeviceFrame, DeviceKind, Length, Sensor, Tendon};
 pub use error::{FaultKind, FileFault, FilePlace, FormatError};
 pub use export::{ExportError, ExportFault, UrdfText, write_urdf};
 pub use linkwork_multibody as multibody;

@@ -3,6 +3,7 @@
 
 mod cases;
 mod daveml;
+mod devices;
 mod export;
 mod fuzz;
 mod growth;

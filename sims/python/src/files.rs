@@ -3,7 +3,7 @@
 use crate::package;
 use linkwork_assembly::{BodyShape, read_machine};
 use linkwork_collision::Colliders;
-use linkwork_formats::{Description, ReadOptions, Root};
+use linkwork_formats::{Description, DeviceKind, ReadOptions, Root};
 use linkwork_multibody::{Hinge, Multibody};
 use linkwork_runner::Library;
 pub use linkwork_runner::Ready;
@@ -85,6 +85,19 @@ impl Machine {
         let list = some_of(&bodies)?;
         Some(format!(
             "damping, springs or friction of the hinges of {list} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them"
+        ))
+    }
+
+    /// Tendons and balancers of the file, in words; `None` when there are none.
+    pub fn passive_devices(&self) -> Option<String> {
+        let passive = |k: &DeviceKind| {
+            matches!(k, DeviceKind::Tendon(_) | DeviceKind::GravityCompensation { .. })
+        };
+        let all = self.description.iter().flat_map(|d| &d.devices);
+        let names: Vec<&str> = all.filter(|x| passive(&x.kind)).map(|x| x.name.as_str()).collect();
+        let list = some_of(&names)?;
+        Some(format!(
+            "tendons and compensated weights {list} are left out of the dynamics of a Mechanism\n  help: linkwork.Simulation simulates them"
         ))
     }
 

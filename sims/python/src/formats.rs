@@ -29,13 +29,17 @@ impl Mechanism {
     fn initial_q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         PyArray1::from_slice(py, &self.core.initial)
     }
-    /// Everything in the file that was not used, a line each: file, line, element, why.
+    /// Everything in the file that was not used, a line each: file, line, element, why. Actuators, tendons and sensors are among it: they act in a
+    /// Simulation alone.
     ///
     /// >>> arm.ignored
     /// []
     #[getter]
     fn ignored(&self) -> Vec<String> {
-        self.description().ignored.iter().map(ToString::to_string).collect()
+        let d = self.description();
+        let devices =
+            d.devices.iter().map(|x| format!("device `{}`: it acts in a Simulation alone", x.name));
+        d.ignored.iter().map(ToString::to_string).chain(devices).collect()
     }
     /// The joints of the file by name: their places in v (empty for fixed ones). Bodies go by the
     /// names of the file's links.

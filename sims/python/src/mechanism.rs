@@ -89,7 +89,8 @@ pub fn load(
     let of_path = |text: String| format!("{}: {text}", path.display());
     let left_out = machine.left_out().map(of_path);
     let beyond = machine.beyond_the_tree().map(of_path);
-    for text in machine.doubtful().into_iter().chain(left_out).chain(beyond) {
+    let passive = machine.passive_devices().map(of_path);
+    for text in machine.doubtful().into_iter().chain(left_out).chain(passive).chain(beyond) {
         let category = py.get_type::<pyo3::exceptions::PyUserWarning>();
         // A path may hold anything but a zero.
         let text = std::ffi::CString::new(text.replace('\0', " ")).unwrap_or_default();

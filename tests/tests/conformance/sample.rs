@@ -83,7 +83,7 @@ fn written(model: &str, param: &str) -> Option<Value> {
             Some(Value::List(vec![row(0.0, 0.0), row(0.1, 0.4), row(0.3, 0.5)]))
         }
         ("flight.sequence", "rows") => Some(pairs(&[[0.0, 1.0], [0.1, 2.0], [5.0, 0.0]])),
-        ("flight.dave_aerodynamics", "model") => {
+        ("flight.dave_aerodynamics" | "flight.dave_model", "model") => {
             let text = include_str!("../../../sims/nesc/brick.dml");
             let entry = |key: &str, text: &str| (key.into(), Value::Text(text.into()).into());
             Some(Value::Map(vec![entry("name", "brick.dml"), entry("text", text)]))

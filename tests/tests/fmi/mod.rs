@@ -164,6 +164,34 @@ fn a_ball_bounces_like_the_native_one() {
     }
 }
 
+/// A co-simulation unit with event mode stops at its impacts, which it leaves to event mode: without it the ball would fall through
+/// the floor. Its whole number is set in event mode, outside of which the unit rejects it.
+#[test]
+fn co_simulation_stops_at_the_events_of_a_unit() {
+    if !compiler() {
+        return;
+    }
+    let bench = Bench::new();
+    let events = |t: String| t.replace("<CoSimulation ", "<CoSimulation hasEventMode=\"true\" ");
+    bench.unit("ball.fmu", 3, Model::Ball, events);
+    let unit = r#"model: "fmi.co_simulation", rate: "50 ms", params: { "file": "ball.fmu" }"#;
+    let mut sim = bench.sim(&ball(unit, "")).unwrap();
+    run(&mut sim, 2.0);
+    let (h, native) = (sim.get("Ball.h").unwrap(), sim.get("Native.height").unwrap());
+    assert_eq!(sim.get("Ball.n").unwrap(), sim.get("Native.impacts").unwrap());
+    assert!(sim.get("Ball.n").unwrap() >= 3.0);
+    assert!((h - native).abs() < 1e-9, "{h} {native}");
+
+    let dig = r#""Dig": (model: "basics.step", params: { "time": "0.3 s", "after": 2.0 }),"#;
+    let text = ball(unit, dig).replace("step:", "wires: [\"Dig.y -> Ball.floor\"], step:");
+    let mut sim = bench.sim(&text).unwrap();
+    // Falling 3 m takes 0.782 s.
+    for (time, n) in [(0.75, 0.0), (0.85, 1.0)] {
+        run(&mut sim, time);
+        assert_eq!(sim.get("Ball.n").unwrap(), n);
+    }
+}
+
 /// An input that is a whole number reaches a unit of equations at an event.
 #[test]
 fn a_whole_number_acts_at_an_event() {

@@ -1,6 +1,7 @@
 //! Arms, hands and legs: what they take, carry and press.
 
 mod balls;
+mod devices;
 mod driven;
 mod ellipsoids;
 mod errors;

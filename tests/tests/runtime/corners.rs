@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 const SMOOTH: &[&str] = &[
     "actuators.differential",
     "actuators.belt",
+    "actuators.gravity_compensation",
     "actuators.spring_damper",
     "basics.constant",
     "basics.energy_meter",
@@ -24,14 +25,17 @@ const SMOOTH: &[&str] = &[
     "flight.ideal_feed",
     "flight.magnetic_field",
     "flight.rate_damping",
+    "flight.wired_mass",
     "power.heat_source",
     "power.ideal_supply",
     "power.rtg",
     "power.thermal_boundary",
     "power.thermal_link",
     "power.thermal_node",
+    "sensors.joint_motion",
     "sensors.mass_properties",
     "sensors.motion",
+    "sensors.specific_force",
 ];
 
 /// The only jumps are those of a truth value that it reads (`supply`, `brake`, `grip`, a command), or of a number that its source

@@ -245,3 +245,40 @@ fn bodies_and_horizons_hide_the_sun() {
         assert!(at(0.01).penumbra > 0.0 && at(-0.01).umbra < 0.0);
     }
 }
+
+/// Mars by a text kernel with the constants that are built in, and a body that only the kernel has.
+#[test]
+fn a_body_turns_by_a_kernel_of_constants() {
+    let folder = std::env::temp_dir().join(format!("linkwork_pck_{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let text = "\\begindata\nBODY499_POLE_RA = (317.68143 -0.1061)\nBODY499_POLE_DEC = (52.88650 -0.0609)\nBODY499_PM = (176.630 350.89198226)\n\
+        BODY2000001_POLE_RA = (291.418)\nBODY2000001_POLE_DEC = (66.764)\nBODY2000001_PM = (170.65 952.1532)\nBODY2000001_RADII = (487.3 487.3 446.0)\n\\begintext\n";
+    std::fs::write(folder.join("c.tpc"), text).unwrap();
+    let files = Files::of(vec![folder.clone()]);
+    let p = |body, naif| WorldParams {
+        turns: Some(Turning::Iau),
+        epoch: Some("2012-08-06 05:17:57 UTC".into()),
+        constants: Some("c.tpc".into()),
+        naif,
+        ..WorldParams::of(body)
+    };
+    let own = WorldParams { constants: None, ..p(Centre::Mars, None) }.planet(&files).unwrap();
+    let mars = p(Centre::Mars, Some(499)).planet(&files).unwrap();
+    for t in [0.0, 1e6] {
+        assert!(mars.rotation.at(t).R_IP.angle_to(&own.rotation.at(t).R_IP) < 1e-15);
+    }
+    let ceres = p(Centre::Other, Some(2_000_001)).planet(&files).unwrap();
+    assert_eq!(ceres.ellipsoid.equatorial_radius(), 487_300.0);
+    // 952.1532 degrees a day.
+    let rate = ceres.rotation.at(0.0).omega_P().z;
+    assert!((rate - 952.1532_f64.to_radians() / 86_400.0).abs() < 1e-15, "{rate}");
+    for (p, part) in [
+        (p(Centre::Mars, None), "belong together"),
+        (p(Centre::Earth, Some(499)), "does not turn by them"),
+        (p(Centre::Other, Some(7)), "there is no BODY7_POLE_RA"),
+    ] {
+        let message = p.planet(&files).err().unwrap().message;
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}

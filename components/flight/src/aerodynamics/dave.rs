@@ -22,7 +22,7 @@ use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value};
 use std::sync::Arc;
 
 /// Variables that a file may have.
-const VARIABLES: usize = 1024;
+pub(super) const VARIABLES: usize = 1024;
 /// Inputs that come from outside.
 const CONTROLS: usize = 12;
 
@@ -47,6 +47,13 @@ impl DaveFile {
             return Err(format!("{name} fails its own check data:\n{}", lines.join("\n")));
         }
         Ok(DaveFile { name: name.into(), text: text.into(), model: Arc::new(model) })
+    }
+}
+
+impl DaveFile {
+    /// What the file says.
+    pub(super) fn model(&self) -> &DaveModel {
+        &self.model
     }
 }
 
@@ -198,20 +205,25 @@ const REYNOLDS: usize = 11;
 /// The length of pitching moments.
 const CHORD: &str = "referenceWingChord";
 
-/// Coefficients and lengths that come out.
-const RESULTS: [(&str, &str); 11] = [
-    ("aeroBodyForceCoefficient_X", "1"),
-    ("aeroBodyForceCoefficient_Y", "1"),
-    ("aeroBodyForceCoefficient_Z", "1"),
-    ("totalCoefficientOfLift", "1"),
-    ("totalCoefficientOfDrag", "1"),
-    ("aeroBodyMomentCoefficient_Roll", "1"),
-    ("aeroBodyMomentCoefficient_Pitch", "1"),
-    ("aeroBodyMomentCoefficient_Yaw", "1"),
-    ("referenceWingArea", "m^2"),
-    (CHORD, "m"),
-    ("referenceWingSpan", "m"),
+/// Coefficients and lengths that come out, by the names that files have for them.
+const RESULTS: [(&[&str], &str); 11] = [
+    (&["aeroBodyForceCoefficient_X"], "1"),
+    (&["aeroBodyForceCoefficient_Y"], "1"),
+    (&["aeroBodyForceCoefficient_Z"], "1"),
+    (&["totalCoefficientOfLift"], "1"),
+    (&["totalCoefficientOfDrag"], "1"),
+    (&["aeroBodyMomentCoefficient_Roll"], "1"),
+    (&["aeroBodyMomentCoefficient_Pitch"], "1"),
+    (&["aeroBodyMomentCoefficient_Yaw"], "1"),
+    (&["referenceWingArea", "referenceArea"], "m^2"),
+    (&[CHORD, "longitudinalReferenceLength"], "m"),
+    (&["referenceWingSpan", "lateralReferenceLength", "lateralReferencelength"], "m"),
 ];
+
+/// A variable by a standard name, which files write as `name` or as `varID`.
+fn standard(m: &DaveModel, names: &[&str]) -> Option<usize> {
+    names.iter().find_map(|name| m.named(name).or_else(|| m.find(name)))
+}
 
 /// A variable of the file, and the factor from its unit to SI.
 type Place = Option<(usize, f64)>;
@@ -312,7 +324,7 @@ fn flow(p: &DaveParams, start: &[f64]) -> Result<([Place; FLOW.len()], f64), Bui
     let m = &p.model.model;
     let (mut flow, mut length) = ([None; FLOW.len()], 1.0);
     for (n, (slot, (names, unit))) in flow.iter_mut().zip(FLOW).enumerate() {
-        let Some(k) = names.iter().find_map(|name| m.named(name)) else { continue };
+        let Some(k) = standard(m, names) else { continue };
         let v = &m.variables[k];
         if v.role != Role::Input || p.controls.contains(&v.id) {
             continue;
@@ -375,7 +387,7 @@ fn reynolds(p: &DaveParams, k: usize, start: &[f64]) -> Result<(f64, f64), Build
         let fact = format!("a Reynolds number for a length of {length} m");
         return told("reynolds_length", fact, "write one above 0");
     }
-    let chord = m.named(CHORD).filter(|c| m.variables[*c].role == Role::Constant);
+    let chord = standard(m, RESULTS[9].0).filter(|c| m.variables[*c].role == Role::Constant);
     let length = match chord {
         Some(c) => start[c] * DaveAerodynamics::factor(m, c, "m")?,
         None => 0.0,
@@ -463,8 +475,8 @@ impl Model for DaveAerodynamics {
             );
         }
         let mut results = [None; RESULTS.len()];
-        for (slot, (name, unit)) in results.iter_mut().zip(RESULTS) {
-            if let Some(k) = m.named(name) {
+        for (slot, (names, unit)) in results.iter_mut().zip(RESULTS) {
+            if let Some(k) = standard(&m, names) {
                 *slot = Some((k, Self::factor(&m, k, unit)?));
             }
         }
@@ -487,15 +499,20 @@ impl Model for DaveAerodynamics {
             }
         };
         let needed = |k: usize| {
-            let turns = results[5].is_some() || results[7].is_some();
+            // A coefficient that is 0 for good needs no length.
+            let acts = |k: usize| {
+                results[k].is_some_and(|(v, _): (usize, f64)| {
+                    m.variables[v].role != Role::Constant || start[v] != 0.0
+                })
+            };
             match k {
                 8 => true,
-                9 => results[6].is_some(),
-                _ => turns,
+                9 => acts(6),
+                _ => acts(5) || acts(7),
             }
         };
         if let Some(k) = (8..RESULTS.len()).find(|k| results[*k].is_none() && needed(*k)) {
-            let fact = format!("{} has no `{}`", p.model.name, RESULTS[k].0);
+            let fact = format!("{} has no `{}`", p.model.name, RESULTS[k].0[0]);
             return wrong("model", fact, "coefficients need it: define it in the file".into());
         }
         Ok(DaveAerodynamics { p, flow, length, controls, results, stability, start })

@@ -6,6 +6,7 @@
 pub mod air_data;
 pub mod axisymmetric;
 pub mod dave;
+pub mod dave_model;
 pub mod entry;
 pub mod gusts;
 pub mod panels;

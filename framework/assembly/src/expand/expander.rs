@@ -229,7 +229,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         out.couplings = self.items(&all.couplings, around, &pending, (&has_part, &known));
         let known = <(Standing, Surface)>::names();
         out.colliders = self.items(&all.colliders, around, &pending, (&has_part, &known));
-        for (base, form) in &a.parts {
+        for (base, form) in &all.parts {
             let form = form.with_values(self.cx, around.env, &join(around.path, base));
             let elements = form.elements(self.cx, base);
             if form.array.is_some() {
@@ -265,7 +265,7 @@ impl<'a, 'o> Expander<'a, 'o> {
         for ends in &a.connect {
             out.connect.push(ends.iter().map(|end| replace(self.cx, end)).collect());
         }
-        out.exports = a.exports.iter().map(|(k, t)| (k.clone(), replace(self.cx, t))).collect();
+        out.exports = all.exports.iter().map(|(k, t)| (k.clone(), replace(self.cx, t))).collect();
         out
     }
 

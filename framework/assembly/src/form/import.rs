@@ -37,7 +37,14 @@ record! {
         /// The file's collision shapes collide, and those of the side-car's `contacts`.
         collide: bool = flag().or(false),
         /// What of the file is not wanted.
-        leave_out: Vec<Kept> = list_of(word(&[("couplings", Kept::Couplings), ("loops", Kept::Loops), ("wheels", Kept::Wheels)])).or(Vec::new()),
+        leave_out: Vec<Kept> = list_of(word(&[
+            ("couplings", Kept::Couplings),
+            ("loops", Kept::Loops),
+            ("wheels", Kept::Wheels),
+            ("actuators", Kept::Actuators),
+            ("tendons", Kept::Tendons),
+            ("sensors", Kept::Sensors),
+        ])).or(Vec::new()),
     }
 }
 
@@ -47,6 +54,9 @@ pub(crate) enum Kept {
     Couplings,
     Loops,
     Wheels,
+    Actuators,
+    Tendons,
+    Sensors,
 }
 
 /// What becomes of moments in the file that no body has.

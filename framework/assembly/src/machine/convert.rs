@@ -1,12 +1,14 @@
 //! A description of a mechanism as an assembly: the same bodies in RON, to every digit.
 use crate::body::{hinge::hinge, initial, modes::modes};
 use crate::form::assembly::{Assembly, ItemForm};
+use crate::machine::devices;
 use crate::schema::kind::Kind;
 use crate::schema::record::Record;
 use crate::text::value::{list, map, plain, push, variant};
+use linkwork_collision::hull_surface;
 use linkwork_formats::{
-    BodyShape, CollisionClasses, Description, Filter, Geometry, Initial, ShapeRole, Term,
-    mesh_corners,
+    BodyShape, CollisionClasses, CollisionMeshes, Description, Filter, Geometry, Initial,
+    ShapeRole, Term, mesh_corners,
 };
 use linkwork_multibody::{BodySpec, NodeSpec, SubhingeKind};
 use linkwork_runtime::{Located, Origin, Value};
@@ -32,7 +34,7 @@ pub(crate) enum Collide {
 }
 
 impl Assembly {
-    /// The bodies, nodes, shapes, loops and couplings of a description as an assembly of this name. Loaded on its own, it
+    /// The bodies, nodes, shapes, loops, couplings and devices of a description as an assembly of this name. Loaded on its own, it
     /// gives the description's mechanism bit for bit, its bodies, loops and couplings named `NAME/..`.
     #[must_use]
     pub fn from_description(name: &str, d: &Description) -> Converted {
@@ -54,16 +56,20 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     d.builder.nodes().iter().for_each(|n| nodes_of.entry(&n.body).or_default().push(n));
     let initial: BTreeMap<&str, &Initial> =
         d.initial.iter().map(|i| (i.body.as_str(), i)).collect();
+    let mut places: BTreeMap<String, String> = BTreeMap::new(); // of nodes
     for spec in d.builder.bodies() {
         let local = bodies[&spec.name].clone();
         let mut out = body_fields(spec, &bodies);
         let own = nodes_of.get(spec.name.as_str()).map_or(&[][..], Vec::as_slice);
         let nodes = nodes(spec, &local, name, own);
-        push(&mut out, "nodes", nodes);
+        for (key, n) in nodes.iter().map(|(key, _)| key).zip(own) {
+            places.insert(n.name.clone(), format!("{local}/{key}"));
+        }
+        push(&mut out, "nodes", Value::Map(nodes));
         let shapes: Vec<Located> = (shapes_of.get(spec.name.as_str()).into_iter().flatten())
             .map(|k| (*k, &d.shapes[*k]))
             .filter(|(_, s)| s.role == ShapeRole::Visual || collide == Collide::On)
-            .filter_map(|(k, s)| shape(s, &groups.of(k), &mut left_out))
+            .filter_map(|(k, s)| shape(s, d.collision_meshes, &groups.of(k), &mut left_out))
             .map(Located::from)
             .collect();
         push(&mut out, "shapes", Value::List(shapes));
@@ -78,6 +84,8 @@ pub(crate) fn convert(name: &str, d: &Description, collide: Collide) -> Converte
     let mut taken = BTreeSet::new();
     loops(name, d, &bodies, &mut assembly, &mut taken);
     couplings(name, d, &bodies, &mut assembly, &mut taken);
+    let names = devices::Names { bodies: &bodies, nodes: &places };
+    devices::add(d, &names, &mut assembly, &mut left_out);
     if collide == Collide::On {
         on_world(d, &groups, &mut assembly, &mut left_out);
         let end = |b: &String| {
@@ -157,15 +165,7 @@ fn couplings(
     let specs: BTreeMap<&str, &BodySpec> =
         d.builder.bodies().iter().map(|b| (b.name.as_str(), b)).collect();
     for c in d.builder.couplings().iter().chain(&d.couplings) {
-        let term = |t: &Term| {
-            let at = &t.coordinate;
-            let spec = specs.get(at.body.as_str());
-            let chain = spec.map_or(&[][..], |b| &b.hinge.subhinges);
-            let before = chain.iter().take(at.subhinge).filter(|s| s.kind.nv() == 1).count();
-            let local = bodies.get(&at.body).unwrap_or(&at.body);
-            let one = chain.iter().filter(|s| s.kind.nv() == 1).count() < 2;
-            (if one { local.clone() } else { format!("{local}[{before}]") }, t.factor)
-        };
+        let term = |t: &Term| (devices::coordinate(&t.coordinate, &specs, bodies), t.factor);
         let terms: Vec<(String, f64)> = c.terms.iter().map(term).collect();
         // A map is read in the order of bodies and subhinges; a list keeps its own.
         let place = |t: &Term| (bodies.get(&t.coordinate.body), t.coordinate.subhinge);
@@ -196,7 +196,9 @@ fn on_world(d: &Description, groups: &Groups, assembly: &mut Assembly, left_out:
     let shapes = d.shapes.iter().enumerate();
     for (k, s) in shapes.filter(|(_, s)| s.body == "world" && s.role != ShapeRole::Visual) {
         let surface = groups.of(k);
-        let Some(Value::Map(fields)) = shape(s, &surface, left_out) else { continue };
+        let Some(Value::Map(fields)) = shape(s, d.collision_meshes, &surface, left_out) else {
+            continue;
+        };
         let keep = |k: &str| ["shape", "at", "color"].contains(&k);
         let mut out = vec![("on".to_owned(), Value::Text("world".into()).into())];
         out.extend(fields.into_iter().filter(|(k, _)| keep(k)));
@@ -208,7 +210,7 @@ fn on_world(d: &Description, groups: &Groups, assembly: &mut Assembly, left_out:
 }
 
 /// Groups of colliders that a description needs besides `default`.
-const GROUPS: usize = 30;
+const GROUPS: usize = 126;
 
 /// The groups in which the collision shapes of a description are and which they meet.
 struct Groups {
@@ -325,7 +327,7 @@ fn body_fields(spec: &BodySpec, names: &BTreeMap<String, String>) -> Vec<(String
     out
 }
 
-fn nodes(spec: &BodySpec, local: &str, name: &str, all: &[&NodeSpec]) -> Value {
+fn nodes(spec: &BodySpec, local: &str, name: &str, all: &[&NodeSpec]) -> Vec<(String, Located)> {
     let mut out: Vec<(String, Located)> = Vec::new();
     let prefixes = [format!("{name}/{local}/"), format!("{}/", spec.name)];
     for n in all {
@@ -333,7 +335,7 @@ fn nodes(spec: &BodySpec, local: &str, name: &str, all: &[&NodeSpec]) -> Value {
         let key = plain(short.unwrap_or(&n.name), |k| out.iter().any(|(o, _)| o == k));
         out.push((key, n.pose.write().into()));
     }
-    Value::Map(out)
+    out
 }
 
 /// Why a shape cannot be taken; `None` for a mesh whose file is not there.
@@ -349,7 +351,12 @@ fn unusable(geometry: &Geometry) -> Option<String> {
 }
 
 /// A shape as an assembly writes it; `None`, and a line in `left_out`, for one that it cannot hold.
-fn shape(s: &BodyShape, groups: &ShapeGroups, left_out: &mut Vec<String>) -> Option<Value> {
+fn shape(
+    s: &BodyShape,
+    meshes: CollisionMeshes,
+    groups: &ShapeGroups,
+    left_out: &mut Vec<String>,
+) -> Option<Value> {
     let number = Value::Number;
     let collides = s.role != ShapeRole::Visual;
     let of = |name: &str, fields: Vec<(&str, Value)>| {
@@ -375,14 +382,21 @@ fn shape(s: &BodyShape, groups: &ShapeGroups, left_out: &mut Vec<String>) -> Opt
             if (x == y && y == z) || *x * *y * *z > 0.0 =>
         {
             // A mesh that is only shown is reported by the warnings of a loaded simulation.
-            if let Some(Err(why)) = collides.then(|| mesh_corners(path)) {
+            let hull = collides && meshes == CollisionMeshes::Hulls;
+            let corners = if collides { mesh_corners(path) } else { Ok(Vec::new()) };
+            let corners = corners.and_then(|corners| match hull.then(|| hull_surface(&corners)) {
+                Some(Err(why)) => Err(why.to_string()),
+                _ => Ok(()),
+            });
+            if let Err(why) = corners {
                 left_out.push(format!("shape of `{}`: mesh `{file}`: {why}", s.body));
                 return None;
             }
             let path = std::path::absolute(path).unwrap_or_else(|_| path.clone());
             let file = Value::Text(path.display().to_string());
             let scale = if x == y && y == z { number(*x) } else { list([*x, *y, *z]) };
-            Some(of("Mesh", vec![("file", file), ("scale", scale)]))
+            let kind = if hull { "ConvexHull" } else { "Mesh" };
+            Some(of(kind, vec![("file", file), ("scale", scale)]))
         }
         Geometry::Plane { .. } if collides => Some(variant("HalfSpace", Value::Null)),
         _ => None,

@@ -1,7 +1,8 @@
 //! `import: (file: "leo.urdf", root: Free)`: the bodies of a URDF, MJCF or SDF file in an assembly.
 //!
 //! The file's bodies become bodies of the assembly as if they had been written there: they can be bound,
-//! overridden and hung upon by their names. So do its couplings and loops, and its collision shapes when they are asked for.
+//! overridden and hung upon by their names. So do its couplings and loops, and its collision shapes when they are asked for. Its actuators,
+//! tendons and sensors become parts.
 use crate::form::assembly::{Assembly, ItemForm};
 use crate::form::import::{ImportCheck, ImportForm, Kept};
 use crate::machine::convert::{self, Collide};
@@ -12,7 +13,7 @@ use crate::text::files::{Files, Home};
 use crate::text::report::Cx;
 use crate::text::show::Failure;
 use crate::text::value::{Text, full_name, set};
-use linkwork_formats::{Description, FormatError, ReadOptions};
+use linkwork_formats::{Description, Device, DeviceKind, FormatError, ReadOptions};
 use linkwork_runtime::{Fault, Located, Origin, Value};
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
@@ -166,6 +167,15 @@ pub(crate) fn with_imports(
                 }
             }
         }
+        for (name, part) in more.parts {
+            if out.parts.contains_key(&name) || out.exports.contains_key(&name) {
+                let message = format!("the import has a part `{name}`, which is there already");
+                let help = "put the import into a separate part, or leave devices out: `leave_out: [actuators, tendons, sensors]`";
+                cx.fault(item.origin, message, help);
+            }
+            out.parts.insert(name, part);
+        }
+        out.exports.extend(more.exports);
         add_pairs(&mut out, more.ignore);
         found.push(import.0);
     }
@@ -243,6 +253,7 @@ fn read(
     if let Some(pairs) = &mut made.ignore {
         pairs.origin = v.origin;
     }
+    made.parts.values_mut().for_each(|part| part.origin = v.origin);
     let full = |b: String| full_name(path, &b);
     let bodies = converted.bodies.into_iter().map(|(k, b)| (k, full(b))).collect();
     let (path, file) = (path.to_owned(), key);
@@ -306,6 +317,17 @@ fn leave_out(import: &ImportForm, d: &mut Description) -> Vec<String> {
             // Those who say so have made of them what they are for.
             Kept::Wheels => d.wheels.clear(),
             Kept::Loops => out.extend(d.loops.drain(..).map(|l| format!("loop `{}`", l.name))),
+            Kept::Actuators | Kept::Tendons | Kept::Sensors => {
+                let left = |x: &Device| match x.kind {
+                    DeviceKind::Actuator(_) => *kept == Kept::Actuators,
+                    DeviceKind::Tendon(_) => *kept == Kept::Tendons,
+                    DeviceKind::Sensor(_) => *kept == Kept::Sensors,
+                    DeviceKind::GravityCompensation { .. } => false,
+                };
+                let gone = d.devices.iter().filter(|x| left(x));
+                out.extend(gone.map(|x| format!("device `{}`", x.name)));
+                d.devices.retain(|x| !left(x));
+            }
         }
     }
     out

@@ -393,20 +393,20 @@ fn resolved(v: &Located, contact: &Contact) -> Located {
     if out.is_empty() { Value::Bool(true).into() } else { map(out) }
 }
 
-/// Group → bit. At most 32.
-fn groups(cx: &mut Cx, colliders: &[Collider]) -> BTreeMap<String, u32> {
+/// Group → bit. At most 128.
+fn groups(cx: &mut Cx, colliders: &[Collider]) -> BTreeMap<String, u128> {
     let named: BTreeSet<&str> = (colliders.iter().flat_map(|c| &c.groups))
         .map(|g| g.text.as_str())
         .filter(|g| *g != DEFAULT)
         .collect();
-    if named.len() > 31
+    if named.len() > 127
         && let Some(c) = colliders.iter().find(|c| !c.groups.is_empty())
     {
         let message = format!("the colliders are in {} groups", named.len());
-        cx.fault(c.origin, message, "31 is the most; take together those that meet the same");
+        cx.fault(c.origin, message, "127 is the most; take together those that meet the same");
     }
     let all = std::iter::once(DEFAULT).chain(named).enumerate();
-    all.map(|(bit, g)| (g.to_owned(), 1 << bit.min(31))).collect()
+    all.map(|(bit, g)| (g.to_owned(), 1 << bit.min(127))).collect()
 }
 
 /// The colliders with groups and materials; checked when there is a mechanism.

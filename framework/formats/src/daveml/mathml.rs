@@ -262,6 +262,10 @@ impl Formulas<'_> {
             "csymbol" | "ci" => operator.text.as_str(),
             other => other,
         };
+        if name == "piecewise" && rest.is_empty() {
+            // Files of NASA wrap the choice in an <apply> without an operator.
+            return self.read(operator);
+        }
         let qualifier = |q: &str| rest.iter().position(|c| c.name.rsplit(':').next() == Some(q));
         if let Some(k) = qualifier("degree").or_else(|| qualifier("logbase")) {
             return self.qualified(e, name, rest, k);

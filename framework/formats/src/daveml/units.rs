@@ -3,9 +3,11 @@
 //! Symbols stand side by side, each with its power; `_` divides by what follows.
 
 /// Symbols of AIAA S-119 and the usual ones; the longest that fits is taken.
-const SYMBOLS: [(&str, &str); 37] = [
+const SYMBOLS: [(&str, &str); 39] = [
     ("slug", "slug"),
     ("fract", "1"),
+    ("frac", "1"),
+    ("sec", "s"),
     ("hour", "h"),
     ("min", "min"),
     ("deg", "deg"),
@@ -94,6 +96,8 @@ mod tests {
             ("m_s2", "m s^-2"),
             ("pct", "%"),
             ("psf", "lbf ft^-2"),
+            ("frac", "1"),
+            ("kg_sec", "kg s^-1"),
         ] {
             assert_eq!(unit_text(dave).as_deref(), Some(want), "{dave}");
         }

@@ -33,6 +33,8 @@ pub struct Interface {
     pub completed_step: bool,
     /// The communication step must be a multiple of this (s) (co-simulation, 3.0).
     pub fixed_step: Option<f64>,
+    /// It can be stopped at events inside a communication step (co-simulation, 3.0).
+    pub event_mode: bool,
     /// It only talks to another program that has to be there.
     pub needs_tool: bool,
 }

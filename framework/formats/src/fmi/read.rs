@@ -174,6 +174,7 @@ impl Reader {
             fixed_step: self
                 .get(e, "fixedInternalStepSize", "a number")
                 .filter(|h: &f64| *h > 0.0 && h.is_finite()),
+            event_mode: version == FmiVersion::V3 && self.flag(e, "hasEventMode"),
             needs_tool: self.flag(e, "needsExecutionTool"),
         })
     }

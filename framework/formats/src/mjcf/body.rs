@@ -303,7 +303,7 @@ impl<'e> Mj<'e> {
     }
 
     /// The numbers of a range that holds. With `autolimits`, a range holds when its first number is below the second.
-    fn range(
+    pub(super) fn range(
         &self,
         cx: &mut Cx<'_>,
         at: Classed<'e>,

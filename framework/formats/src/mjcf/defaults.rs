@@ -4,6 +4,7 @@
 //! ones. Later sections therefore change neither classes that were read before, nor their
 //! children. An element that writes an orientation in one form replaces the orientation of its class in every form.
 
+use super::actuator::ACTUATORS;
 use crate::error::FaultKind;
 use crate::read::Cx;
 use crate::xml::Element;
@@ -15,8 +16,13 @@ pub(super) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxe
 /// The class of elements that name none.
 pub(super) const MAIN: &str = "main";
 
-/// The elements of a class that are read.
-const READ: [&str; 5] = ["joint", "geom", "site", "mesh", "equality"];
+/// The elements of a class that are read, besides actuators.
+const READ: [&str; 6] = ["joint", "geom", "site", "mesh", "equality", "tendon"];
+
+/// Whether attributes of this element of a class are read.
+fn is_read(kind: &str) -> bool {
+    READ.contains(&kind) || ACTUATORS.contains(&kind)
+}
 
 /// Attributes by element name and attribute name, each with the element that holds it.
 type Values<'e> = BTreeMap<(&'e str, &'e str), &'e Element>;
@@ -24,6 +30,8 @@ type Values<'e> = BTreeMap<(&'e str, &'e str), &'e Element>;
 /// All default classes by name.
 pub(super) struct Classes<'e> {
     all: BTreeMap<&'e str, Values<'e>>,
+    /// The elements of actuators of each class after those of the classes around it, from the outermost.
+    actuators: BTreeMap<&'e str, Vec<Vec<&'e Element>>>,
     /// Where each nested class is defined.
     places: BTreeMap<&'e str, &'e Element>,
     /// Other names of the outermost class.
@@ -34,7 +42,8 @@ impl<'e> Classes<'e> {
     /// Reads all `<default>` sections in the order of the file.
     pub fn read(cx: &mut Cx<'_>, root: &'e Element) -> Self {
         let main = BTreeMap::from([(MAIN, Values::new())]);
-        let mut out = Self { all: main, places: BTreeMap::new(), aliases: Vec::new() };
+        let actuators = BTreeMap::from([(MAIN, vec![Vec::new()])]);
+        let mut out = Self { all: main, actuators, places: BTreeMap::new(), aliases: Vec::new() };
         for top in root.all("default") {
             out.aliases.extend(top.attr("class"));
             out.section(cx, top, MAIN);
@@ -47,8 +56,12 @@ impl<'e> Classes<'e> {
         let values = self.all.entry(name).or_default();
         for kind in e.children.iter().filter(|c| c.name != "default") {
             // Elements of which no attribute is read are listed as a whole.
-            if READ.contains(&kind.name.as_str()) {
+            if is_read(&kind.name) {
                 kind.touch();
+            }
+            if ACTUATORS.contains(&kind.name.as_str()) {
+                let levels = self.actuators.entry(name).or_default();
+                levels.last_mut().into_iter().for_each(|own| own.push(kind));
             }
             if kind.attributes.iter().any(|a| ORIENTATIONS.contains(&a.name.as_str())) {
                 let turned = |k: &(&str, &str)| k.0 == kind.name && ORIENTATIONS.contains(&k.1);
@@ -58,7 +71,7 @@ impl<'e> Classes<'e> {
                 let before = values.insert((&kind.name, &a.name), kind);
                 // An attribute that a later section of the class replaces counts as read.
                 if name == MAIN
-                    && READ.contains(&kind.name.as_str())
+                    && is_read(&kind.name)
                     && let Some(before) = before
                 {
                     before.attr(&a.name);
@@ -75,6 +88,9 @@ impl<'e> Classes<'e> {
             self.places.insert(own, inner);
             let copy = self.all[name].clone();
             self.all.insert(own, copy);
+            let mut copy = self.actuators.get(name).cloned().unwrap_or_default();
+            copy.push(Vec::new());
+            self.actuators.insert(own, copy);
             self.section(cx, inner, own);
         }
     }
@@ -83,6 +99,12 @@ impl<'e> Classes<'e> {
     pub fn find(&self, name: &str) -> Option<&'e str> {
         let known = self.all.get_key_value(name).map(|(k, _)| *k);
         known.or_else(|| self.aliases.contains(&name).then_some(MAIN))
+    }
+
+    /// The elements whose values an actuator of this class starts with, by class from the outermost.
+    pub fn actuators(&self, class: &str) -> Vec<Vec<&'e Element>> {
+        let all: &BTreeMap<&str, Vec<Vec<&'e Element>>> = &self.actuators;
+        all.get(class).cloned().unwrap_or_default()
     }
 
     /// All names.

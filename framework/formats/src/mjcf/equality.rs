@@ -9,32 +9,25 @@
 //! Subscript 0 is the reference configuration, at which the frames of a loop are taken to meet.
 
 use super::defaults::MAIN;
+use super::tendon::{Lengths, Sum};
 use super::{Classed, Mj, word};
 use crate::error::FilePlace;
 use crate::read::Cx;
 use crate::xml::Element;
 use crate::{Coupling, Description, LoopClosure, Term};
-use linkwork_multibody::{Hinge, HingeCoordinate};
+use linkwork_multibody::Hinge;
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Pose, Quat, Vec3};
-use std::collections::BTreeMap;
-
-/// The coordinate of each joint that has one.
-type Coordinates = BTreeMap<String, HingeCoordinate>;
-
-/// Σ cᵢ qᵢ with its value at the reference configuration.
-#[derive(Clone)]
-struct Sum {
-    terms: Vec<Term>,
-    reference: f64,
-}
 
 impl<'e> Mj<'e> {
     /// All equalities; what cannot be a loop or a linear coupling is listed as ignored.
-    pub fn equalities(&self, cx: &mut Cx<'_>, root: &'e Element, d: &mut Description) {
-        let coordinates: Coordinates =
-            d.coordinates().into_iter().map(|(name, at)| (name.to_owned(), at)).collect();
-        let tendons = self.tendons(cx, root, &coordinates);
+    pub fn equalities(
+        &self,
+        cx: &mut Cx<'_>,
+        root: &'e Element,
+        lengths: &Lengths<'e>,
+        d: &mut Description,
+    ) {
         let mut count = 0;
         for e in root.all("equality").flat_map(|list| &list.children) {
             count += 1;
@@ -53,9 +46,10 @@ impl<'e> Mj<'e> {
                 cx.ignored.push(e.ignored(&what, "not active"));
             } else if matches!(kind, "joint" | "tendon") {
                 let sum = |cx: &mut Cx<'_>, name: &str, place: FilePlace| match kind {
-                    "joint" => self.joint_sum(cx, name, place, &what, &coordinates),
-                    _ => tendons.get(name).cloned().or_else(|| {
-                        cx.unknown(place, &what, "fixed tendon", name, tendons.keys().copied());
+                    "joint" => self.joint_sum(cx, name, place, &what, lengths),
+                    _ => lengths.tendons.get(name).cloned().or_else(|| {
+                        let names = lengths.tendons.keys().copied();
+                        cx.unknown(place, &what, "fixed tendon", name, names);
                         None
                     }),
                 };
@@ -66,60 +60,6 @@ impl<'e> Mj<'e> {
                 d.loops.push(closure);
             }
         }
-    }
-
-    /// q of one joint.
-    fn joint_sum(
-        &self,
-        cx: &mut Cx<'_>,
-        name: &str,
-        place: FilePlace,
-        what: &str,
-        coordinates: &Coordinates,
-    ) -> Option<Sum> {
-        let found = self.joints.get(name).filter(|j| j.scalar).zip(coordinates.get(name));
-        if found.is_none() {
-            let all = self.joints.iter().filter(|(_, j)| j.scalar).map(|(n, _)| n.as_str());
-            cx.unknown(place, what, "hinge or slide joint", name, all);
-        }
-        let (joint, coordinate) = found?;
-        let coordinate = coordinate.clone();
-        Some(Sum { terms: vec![Term { coordinate, factor: 1.0 }], reference: joint.reference })
-    }
-
-    /// The fixed tendons that equalities may name.
-    fn tendons(
-        &self,
-        cx: &mut Cx<'_>,
-        root: &'e Element,
-        coordinates: &Coordinates,
-    ) -> BTreeMap<&'e str, Sum> {
-        let used: Vec<&str> = (root.all("equality"))
-            .flat_map(|l| l.children.iter().filter(|e| e.name == "tendon"))
-            .flat_map(|e| ["tendon1", "tendon2"].map(|k| e.attr(k)))
-            .flatten()
-            .collect();
-        let mut out = BTreeMap::new();
-        let fixed = |e: &&Element| e.name == "fixed";
-        if used.is_empty() {
-            return out; // what nothing constrains stays in the list of what was not used
-        }
-        for e in root.all("tendon").flat_map(|l| &l.children).filter(fixed) {
-            let Some(name) = e.attr("name").filter(|n| used.contains(n)) else { continue };
-            let what = format!("tendon `{name}`");
-            e.touch();
-            let mut sum = Sum { terms: Vec::new(), reference: 0.0 };
-            for j in e.all("joint") {
-                let coefficient = cx.number(j, "coef", &what);
-                let Some(joint) = cx.required(j, "joint", &what) else { continue };
-                let one = self.joint_sum(cx, joint, j.place_of("joint"), &what, coordinates);
-                let Some((one, c)) = one.zip(coefficient) else { continue };
-                sum.reference += c * one.reference;
-                sum.terms.extend(one.terms.into_iter().map(|t| Term { factor: c, ..t }));
-            }
-            out.insert(name, sum);
-        }
-        out
     }
 
     fn coupling(

@@ -1,4 +1,4 @@
-//! MJCF: a tree of nested bodies with defaults by class, and equality constraints.
+//! MJCF: a tree of nested bodies with defaults by class, equality constraints, tendons, actuators and sensors.
 //!
 //! ```text
 //! X_PB = X_frames · (pos, orientation)              at the reference configuration, in which q = ref
@@ -7,6 +7,7 @@
 //! Our coordinates of hinge, slide and free joints are MuJoCo's own numbers (quaternions in our order);
 //! [`Description::initial`] holds the reference configuration.
 
+mod actuator;
 mod body;
 mod collide;
 mod defaults;
@@ -18,12 +19,14 @@ mod mesh;
 mod orientation;
 mod refused;
 mod replicate;
+mod sensor;
 mod spring;
+mod tendon;
 
 use crate::error::{FaultKind, FilePlace};
 use crate::read::{Cx, ReadOptions, report_massless};
 use crate::xml::{Element, parse};
-use crate::{Description, FormatError};
+use crate::{CollisionMeshes, Description, FormatError};
 use defaults::Classes;
 pub(crate) use geom::solid;
 use linkwork_spatial::{Pose, Vec3};
@@ -50,14 +53,19 @@ pub fn read_mjcf(text: &str, options: &ReadOptions) -> Result<Description, Forma
     let root = root;
     refused::report(&mut cx, &root);
     let name = root.attr("model").unwrap_or_default().to_owned();
-    let mut d = Description { name, ..Description::default() };
+    let collision_meshes = CollisionMeshes::Hulls;
+    let mut d = Description { name, collision_meshes, ..Description::default() };
     let mut mj = Mj::new(&mut cx, &root, settings);
     mj.bodies(&mut cx, &root, &mut d);
     mj.scale_mass(&mut d);
     mj.spring_dampers(&mut cx, &mut d);
     mj.contacts(&mut cx, &root, &mut d);
     mj.keyframes(&mut cx, &root, &mut d);
-    mj.equalities(&mut cx, &root, &mut d);
+    let lengths = mj.tendons(&mut cx, &root, &mut d);
+    mj.equalities(&mut cx, &root, &lengths, &mut d);
+    mj.actuators(&mut cx, &root, &lengths, &mut d);
+    mj.sensors(&mut cx, &root, &lengths, &mut d);
+    mj.gravity_compensation(&mut cx, &mut d);
     let place = |body: &str| mj.elements.get(body).map(|e| (*e, format!("mujoco/{}", e.label())));
     report_massless(&mut cx, &d.builder, place);
     cx.finish(&root, d)

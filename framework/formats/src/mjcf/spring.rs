@@ -38,8 +38,8 @@ impl<'e> Mj<'e> {
             return;
         }
         let Ok(mbs) = d.builder.build() else { return }; // reported at the end
-        let inverse = (mbs.nv() <= RATES).then(|| inverse_mass(&mbs, &d.configuration(&mbs)));
-        let Some(inverse) = inverse.flatten() else {
+        let M = moving(&mbs, &d.configuration(&mbs)).map(|m| m.M);
+        let Some(inverse) = M.and_then(Cholesky::new).map(|c| c.inverse()) else {
             let (name, _, place) = &self.spring_dampers[0];
             let what = format!(
                 "joint `{name}` has a `springdamper`, and the mass matrix of {} rates cannot be inverted",
@@ -80,9 +80,22 @@ impl<'e> Mj<'e> {
     }
 }
 
-/// M⁻¹ at q; `None` where M is singular.
-fn inverse_mass(mbs: &Multibody, q: &[f64]) -> Option<DMatrix<f64>> {
+/// How a mechanism moves at a configuration.
+pub(super) struct Moving {
+    /// The mass matrix, with armature.
+    pub M: DMatrix<f64>,
+    /// Each column is the angular velocity, and the velocity of the world's origin, of the bodies that a unit of this rate moves.
+    pub columns: Matrix6xX<f64>,
+    /// Poses of the bodies.
+    pub poses: Vec<Pose>,
+}
+
+/// How the mechanism moves at q; `None` for more than 2000 rates.
+pub(super) fn moving(mbs: &Multibody, q: &[f64]) -> Option<Moving> {
     let n = mbs.nv();
+    if n > RATES {
+        return None;
+    }
     let mut M = DMatrix::<f64>::zeros(n, n);
     let poses = mbs.body_poses(q);
     // Columns of the whole tree: axis of rotation, velocity of the world's origin.
@@ -124,7 +137,7 @@ fn inverse_mass(mbs: &Multibody, q: &[f64]) -> Option<DMatrix<f64>> {
             }
         }
     }
-    Cholesky::new(M).map(|c| c.inverse())
+    Some(Moving { M, columns, poses })
 }
 
 /// Angular velocity and velocity of the world's origin for a unit rate of each coordinate.

@@ -17,7 +17,7 @@ mod version;
 use crate::error::FaultKind;
 use crate::read::{Cx, ReadOptions, report_massless, root_body};
 use crate::xml::{Element, parse};
-use crate::{Description, FormatError};
+use crate::{Description, Device, DeviceKind, FormatError};
 use frames::{Frames, Scope};
 use linkwork_multibody::{BodySpec, Hinge};
 use std::collections::BTreeMap;
@@ -181,7 +181,12 @@ impl<'e> Sdf<'e> {
         }
         for (body, l) in &self.links {
             let mass = inertia::inertial(cx, l.e, body);
-            self.weightless(cx, l.e, body);
+            let weightless =
+                l.e.child_text("gravity").is_some_and(|(_, t)| matches!(t, "false" | "0"));
+            if weightless && !l.fixed {
+                let kind = DeviceKind::GravityCompensation { body: body.clone(), share: 1.0 };
+                d.devices.push(Device { name: format!("{body}_weightless"), kind });
+            }
             link::shapes(cx, l.e, body, d);
             match movers.remove(body) {
                 Some(spec) => drop(d.builder.body(spec.mass(mass))),
@@ -199,14 +204,6 @@ impl<'e> Sdf<'e> {
         self.rings(cx, d);
         self.mimics(cx, d);
         self.gearboxes(cx, d);
-    }
-
-    /// Reports a link that gravity does not act on in the file.
-    fn weightless(&self, cx: &mut Cx<'_>, link: &Element, body: &str) {
-        if let Some((at, "false" | "0")) = link.child_text("gravity") {
-            let note = "<gravity>false</gravity>: gravity acts on this link all the same";
-            cx.ignored.push(at.ignored(format!("link `{body}`"), note));
-        }
     }
 
     /// Links that hang on each other in a ring, each ring once.

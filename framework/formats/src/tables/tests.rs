@@ -1,20 +1,12 @@
 //! Every line of the tables against the readers: an attribute that is equal is read and changes the mechanism, one that is
 //! ignored is listed, one that is rejected is an error; what is in no table is named.
 
+mod templates;
+
 use super::{Row, Status, of};
 use crate::{Description, Format, ReadOptions, read_text};
+use templates::{MJCF, SILENT, Template, WITH};
 
-/// A file around an element: `@` stands for its attributes, before those that it needs; `#` for an element inside.
-type Template = (&'static str, &'static str);
-
-macro_rules! LOOP {
-    ($kind:literal) => {
-        concat!(
-            r#"<mujoco><default><default class="c"><equality active="false"/></default></default><worldbody><site name="r" pos="2 0 0"/><body name="k" pos="3 0 0"><joint/><geom size="1"/></body><body name="a" pos="1 0 0"><joint/><geom size="1"/><site name="s" pos="0 1 0"/></body><body name="b"><joint/><geom size="1"/></body></worldbody><equality><"#,
-            $kind, r#" @ body1="k" anchor="0 0 0"/></equality></mujoco>"#
-        )
-    };
-}
 macro_rules! INERTIAL {
     ($a:expr, $b:expr, $c:expr) => {
         concat!(r#"<robot><link name="a"/><link name="b"><inertial>"#, $a, $b, $c, r#"</inertial></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint></robot>"#)
@@ -34,185 +26,6 @@ macro_rules! JOINT {
         concat!(r#"<robot><link name="a"/><link name="b"/><link name="c"/><link name="d"/><joint name="i" type="continuous"><parent link="a"/><child link="c"/></joint><joint name="k" type="continuous"><parent link="a"/><child link="d"/></joint><joint "#, $attributes, r#" name="n" type="revolute"><parent link="a"/><child link="b"/>"#, $inside, "</joint></robot>")
     };
 }
-
-const MJCF: &[Template] = &[
-    (
-        "mujoco",
-        r#"<mujoco @><worldbody><body><joint/><geom size="1"/></body></worldbody>#</mujoco>"#,
-    ),
-    (
-        "mujoco/compiler",
-        r#"<mujoco><compiler @>#</compiler><worldbody><body euler="1 2 3"><joint range="1 2" pos="1 0 0"/><inertial mass="1" pos="0 0 0" diaginertia="0.01 0.02 0.05"/><geom size="1" group="3"/><geom type="box" size="1 1 1"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "mujoco/default",
-        r#"<mujoco><default @>#</default><worldbody><body><joint/><geom size="1"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "default/default",
-        r#"<mujoco><default><default @><geom density="5"/></default></default><worldbody><body childclass="x"><joint/><geom size="1"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "default/mesh",
-        r#"<mujoco><default><mesh @/></default><asset><mesh name="m" face="0 2 1 0 1 3 0 3 2 1 2 3 0 1 4" vertex="0 0 0 1 0 0 0 1 0 0 0 1 0 -1 -1"/></asset><worldbody><body><joint/><geom type="mesh" mesh="m"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "default/joint",
-        r#"<mujoco><default><joint @/></default><worldbody><body><joint/><geom size="1"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "default/geom",
-        r#"<mujoco><default><geom @ type="capsule" size="0.1 0.2"/></default><asset><material name="a" rgba="1 0 0 1"/><mesh name="b" face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody><body><joint/><geom/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "default/site",
-        r#"<mujoco><default><site @/></default><worldbody><body><joint/><geom size="1"/><site name="s"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "default/equality",
-        r#"<mujoco><default><equality @/></default><worldbody><body><joint name="p"/><geom size="1"/></body></worldbody><equality><joint joint1="p"/></equality></mujoco>"#,
-    ),
-    (
-        "asset/mesh",
-        r#"<mujoco><default><default class="c"/></default><asset><mesh @ name="b" face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1">#</mesh></asset><worldbody><body><joint/><geom type="mesh" mesh="b"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "asset/material",
-        r#"<mujoco><asset><material @ name="a">#</material></asset><worldbody><body><joint/><geom size="1" material="a"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "mujoco/asset",
-        r#"<mujoco><asset @>#</asset><worldbody><body><joint/><geom size="1"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "mujoco/worldbody",
-        r#"<mujoco><default><default class="c"><geom density="3"/></default></default><worldbody @><body><joint/><geom size="1"/></body>#</worldbody></mujoco>"#,
-    ),
-    (
-        "body/frame",
-        r#"<mujoco><default><default class="c"><geom density="3"/></default></default><worldbody><frame @><body pos="0 0 1"><joint axis="1 2 3"/><geom size="1"/></body></frame></worldbody></mujoco>"#,
-    ),
-    (
-        "body/replicate",
-        r#"<mujoco><default><default class="c"><geom density="3"/></default></default><worldbody><replicate @ count="2"><body name="b" pos="0 1 0"><joint axis="1 2 3"/><geom size="1"/></body></replicate></worldbody></mujoco>"#,
-    ),
-    (
-        "body/body",
-        r#"<mujoco><default><default class="c"><geom density="3"/></default></default><worldbody><body @><joint axis="1 2 3"/><geom size="1"/>#</body></worldbody></mujoco>"#,
-    ),
-    (
-        "body/inertial",
-        r#"<mujoco><worldbody><body><joint/><inertial @ mass="1" pos="0 0 0" diaginertia="1 1.2 1.3"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "body/joint",
-        r#"<mujoco><default><default class="c"><joint damping="3"/></default></default><worldbody><body><joint @/><geom size="1"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "body/freejoint",
-        r#"<mujoco><worldbody><body><freejoint @/><geom size="1"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "body/geom",
-        r#"<mujoco><default><default class="c"><geom density="3"/></default></default><asset><material name="a" rgba="1 0 0 1"/><mesh name="b" face="0 2 1 0 1 3 0 3 2 1 2 3" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset><worldbody><body><joint/><geom size="1"/><geom @ type="box" size="0.1 0.2 0.3">#</geom></body></worldbody></mujoco>"#,
-    ),
-    (
-        "body/site",
-        r#"<mujoco><default><default class="c"><site pos="0 0 9"/></default></default><worldbody><body><joint/><geom size="1"/><site @ name="s"/></body></worldbody></mujoco>"#,
-    ),
-    (
-        "mujoco/contact",
-        r#"<mujoco><worldbody><body><joint/><geom size="1"/></body></worldbody><contact @>#</contact></mujoco>"#,
-    ),
-    (
-        "contact/pair",
-        r#"<mujoco><default><default class="c"/></default><worldbody><body><joint/><geom name="g" size="1"/><geom name="e" size="1"/></body><body><joint/><geom name="h" size="1"/></body></worldbody><contact><pair @ geom1="e" geom2="e"/></contact></mujoco>"#,
-    ),
-    (
-        "contact/exclude",
-        r#"<mujoco><worldbody><body name="a"><joint/><geom size="1"/></body><body name="b"><joint/><geom size="1"/></body></worldbody><contact><exclude @ body1="world" body2="world"/></contact></mujoco>"#,
-    ),
-    (
-        "mujoco/tendon",
-        r#"<mujoco><worldbody><body><joint/><geom size="1"/></body></worldbody><tendon @>#</tendon></mujoco>"#,
-    ),
-    (
-        "tendon/fixed",
-        r#"<mujoco><worldbody><body><joint name="p"/><geom size="1"/></body></worldbody><tendon><fixed @ name="t"><joint joint="p" coef="1"/></fixed></tendon><equality><tendon tendon1="t"/></equality></mujoco>"#,
-    ),
-    (
-        "fixed/joint",
-        r#"<mujoco><worldbody><body><joint name="p"/><joint name="r" axis="1 0 0"/><geom size="1"/></body></worldbody><tendon><fixed name="t"><joint @ joint="r" coef="1"/></fixed></tendon><equality><tendon tendon1="t"/></equality></mujoco>"#,
-    ),
-    (
-        "mujoco/equality",
-        r#"<mujoco><worldbody><body><joint/><geom size="1"/></body></worldbody><equality @>#</equality></mujoco>"#,
-    ),
-    ("equality/connect", LOOP!("connect")),
-    ("equality/weld", LOOP!("weld")),
-    (
-        "equality/joint",
-        r#"<mujoco><default><default class="c"><equality active="false"/></default></default><worldbody><body><joint name="p"/><joint name="q" axis="1 0 0"/><joint name="k" axis="0 1 0"/><geom size="1"/></body></worldbody><equality><joint @ joint1="k"/></equality></mujoco>"#,
-    ),
-    (
-        "equality/tendon",
-        r#"<mujoco><default><default class="c"><equality active="false"/></default></default><worldbody><body><joint name="p"/><joint name="q" axis="1 0 0"/><geom size="1"/></body></worldbody><tendon><fixed name="t"><joint joint="p" coef="1"/></fixed><fixed name="u"><joint joint="q" coef="1"/></fixed><fixed name="k"><joint joint="q" coef="3"/></fixed></tendon><equality><tendon @ tendon1="k"/></equality></mujoco>"#,
-    ),
-    (
-        "keyframe/key",
-        r#"<mujoco><worldbody><body><joint/><geom size="1"/></body></worldbody><keyframe><key @/></keyframe></mujoco>"#,
-    ),
-];
-
-/// Attributes that are read and do not change what these files describe by themselves.
-const SILENT: &[&str] = &[
-    "mujoco/compiler coordinate",
-    "mujoco/compiler autolimits",
-    "mujoco/compiler meshdir",
-    "mujoco/compiler assetdir",
-    "mujoco/compiler strippath",
-    "mujoco/compiler inertiagrouprange",
-    "mujoco/default class",
-    "default/default class",
-    "default/joint limited",
-    "default/joint actuatorfrclimited",
-    "default/geom surfacevel",
-    "asset/mesh class",
-    "asset/mesh name",
-    "asset/mesh vertex",
-    "asset/mesh face",
-    "asset/material name",
-    "body/frame name",
-    "body/joint limited",
-    "body/joint actuatorfrclimited",
-    "body/geom surfacevel",
-    "contact/pair class",
-    "contact/pair name",
-    "contact/exclude name",
-    "tendon/fixed name",
-    "keyframe/key name",
-];
-
-/// Attributes that need others: what is written with them.
-const WITH: &[(&str, &str)] = &[
-    ("default/joint limited", r#"range="0 30""#),
-    ("body/joint limited", r#"range="0 30""#),
-    ("default/joint actuatorfrclimited", r#"actuatorfrcrange="-1 1""#),
-    ("body/joint actuatorfrclimited", r#"actuatorfrcrange="-1 1""#),
-    ("equality/connect site1", r#"site2="r""#),
-    ("equality/connect site2", r#"site1="s""#),
-    ("equality/weld site1", r#"site2="r""#),
-    ("equality/weld site2", r#"site1="s""#),
-    ("body/geom mesh", r#"type="mesh""#),
-    ("default/geom mesh", r#"type="mesh""#),
-    ("contact/pair geom2", r#"geom1="g""#),
-    ("contact/exclude body2", r#"body1="a""#),
-    ("equality/joint polycoef", r#"joint2="q""#),
-    ("equality/tendon polycoef", r#"tendon2="u""#),
-    ("default/joint springref", r#"stiffness="1""#),
-    ("body/joint springref", r#"stiffness="1""#),
-    ("body/inertial fullinertia", r#"pos="0.1 0 0""#),
-];
 
 const URDF: &[Template] = &[
     ("robot", r#"<robot @><link name="a"/>#</robot>"#),
@@ -450,6 +263,9 @@ fn elements_that_are_not_read_are_listed_or_rejected() {
         ("body", "body/body"),
         ("geom", "body/geom"),
         ("tendon", "mujoco/tendon"),
+        ("spatial", "tendon/spatial"),
+        ("actuator", "mujoco/actuator"),
+        ("sensor", "mujoco/sensor"),
         ("equality", "mujoco/equality"),
     ];
     whole_elements(Format::Mjcf, MJCF, &parents);

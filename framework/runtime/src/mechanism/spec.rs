@@ -181,7 +181,7 @@ fn ground(terrain: &Arc<dyn Terrain>, friction: Option<f64>) -> Result<ColliderS
     let shape = Shape::HeightField { x: s.nx, y: s.ny, spacing: s.spacing, heights };
     let spec = ColliderSpec::new(TERRAIN, "world", shape).at(Pose::translation(x, y, 0.0));
     let material_name = Some(TERRAIN.to_string());
-    Ok(ColliderSpec { groups: u32::MAX, varies: Some(varies), material_name, ..spec })
+    Ok(ColliderSpec { groups: u128::MAX, varies: Some(varies), material_name, ..spec })
 }
 
 impl Host for MechanismSpec {

@@ -6,7 +6,8 @@
 #define API __attribute__((visibility("default")))
 typedef int Status;
 typedef void (*Logger)(void *, int, const char *, const char *);
-typedef struct { Model model; Logger logger; void *environment; } Instance;
+/* With `events`, the unit stops at the impact of the ball and leaves it to event mode. */
+typedef struct { Model model; Logger logger; void *environment; bool events, in_event; } Instance;
 enum { BOTH = 30 };
 
 static void say(Instance *i, const char *text) { i->logger(i->environment, 3, "error", text); }
@@ -28,8 +29,10 @@ API const char *fmi3GetVersion(void) { return "3.0"; }
 API void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible,
                                       bool logging, bool events, bool early, const uint32_t *required,
                                       size_t n, void *environment, Logger logger, void *intermediate) {
-    (void)name, (void)visible, (void)logging, (void)events, (void)early, (void)required, (void)n, (void)intermediate;
-    return make(token, resources, environment, logger);
+    (void)name, (void)visible, (void)logging, (void)required, (void)n, (void)intermediate;
+    Instance *i = make(token, resources, environment, logger);
+    if (i) i->events = i->in_event = events && early;
+    return i;
 }
 API void *fmi3InstantiateModelExchange(const char *name, const char *token, const char *resources, bool visible,
                                        bool logging, void *environment, Logger logger) {
@@ -67,6 +70,7 @@ API Status fmi3GetInt32(Instance *i, const uint32_t *r, size_t n, int32_t *v, si
 }
 API Status fmi3SetInt32(Instance *i, const uint32_t *r, size_t n, const int32_t *v, size_t nv) {
     (void)nv;
+    if (i->events && i->model.initialized && !i->in_event) { say(i, "a discrete input outside of event mode"); return 3; }
     for (size_t k = 0; k < n; k++) i->model.whole[r[k] - I_BASE] = v[k];
     return 0;
 }
@@ -102,13 +106,28 @@ API Status fmi3DoStep(Instance *i, double t, double h, bool no_prior, bool *even
     if (fabs(t - i->model.real[R_TIME]) > 1e-9) { say(i, "a step from another time"); return 3; }
     Status s = model_status(&i->model);
     if (s) { say(i, "the step failed"); return s; }
+#if MODEL == 2
+    if (i->events) {
+        double *r = i->model.real, g = r[R_P1], v = r[R_V], x = model_indicator(&i->model);
+        double hit = (v + sqrt(v * v + 2 * g * (x > 0 ? x : 0))) / g;
+        if (i->in_event) { say(i, "a step in event mode"); return 3; }
+        *event = *early = hit < h;
+        if (hit > h) hit = h;
+        r[R_X] = *event ? -i->model.whole[I_FLOOR - I_BASE] : r[R_X] + v * hit - g * hit * hit / 2;
+        r[R_V] -= g * hit;
+        *reached = r[R_TIME] = t + hit;
+        model_rates(&i->model);
+        return 0;
+    }
+#endif
     model_advance(&i->model, h);
     *reached = t + h;
     *end = i->model.whole[I_FAULT - I_BASE] == BAD_END && i->model.real[R_TIME] > 0.05;
     return 0;
 }
 /* Model exchange. */
-API Status fmi3EnterEventMode(Instance *i) { (void)i; return 0; }
+API Status fmi3EnterEventMode(Instance *i) { i->in_event = true; return 0; }
+API Status fmi3EnterStepMode(Instance *i) { i->in_event = false; return 0; }
 API Status fmi3UpdateDiscreteStates(Instance *i, bool *needed, bool *end, bool *nominals, bool *values, bool *defined, double *next) {
     *end = *nominals = *defined = false;
     *needed = *values = model_event(&i->model);

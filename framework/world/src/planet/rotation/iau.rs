@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! R_PI = R₃(W) R₁(90° − δ) R₃(90° + α)          (turns of axes; R_IP is its transpose)
-//! α = α₀ + α₁ T + Σ aᵢ sin Eᵢ,   δ = δ₀ + δ₁ T + Σ dᵢ cos Eᵢ
-//! W = w₀ + w₁ d + w₂ d² + Σ wᵢ sin Eᵢ,   Eᵢ = Eᵢ₀ + Eᵢ₁ d;   d days, T centuries of TDB past J2000
+//! α = α₀ + α₁ T + α₂ T² + Σ aᵢ sin Eᵢ,   δ = δ₀ + δ₁ T + δ₂ T² + Σ dᵢ cos Eᵢ
+//! W = w₀ + w₁ d + w₂ d² + Σ wᵢ sin Eᵢ,   Eᵢ = Eᵢ₀ + Eᵢ₁ d + Eᵢ₂ d²;   d days, T centuries of TDB past J2000
 //! ω = α̇ ẑ_I − δ̇ n̂ + Ẇ ẑ_P,   n̂ = (−sin α, cos α, 0) the node of the equator
 //! ```
 //! Constants of 2009 (Archinal et al., *Celest. Mech. Dyn. Astr.* 109 (2011)), as in SPICE's `pck00010`.
@@ -13,11 +13,11 @@ use super::{Spin, about_x, about_z, phase};
 use linkwork_spatial::{Vec3, nalgebra};
 use std::f64::consts::TAU;
 
-/// One periodic term; degrees and degrees per day.
+/// One periodic term; degrees, degrees per day and per day².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IauTerm {
-    /// E₀ and its rate.
-    pub angle_deg: [f64; 2],
+    /// E₀, its rate, and the factor of d².
+    pub angle_deg: [f64; 3],
     /// Factor of sin E in α, of cos E in δ, of sin E in W.
     pub ra_dec_w_deg: [f64; 3],
 }
@@ -25,8 +25,8 @@ pub struct IauTerm {
 /// Pole and meridian from an epoch on.
 #[derive(Clone, Debug)]
 pub struct IauRotation {
-    ra: [f64; 2],
-    dec: [f64; 2],
+    ra: [f64; 3],
+    dec: [f64; 3],
     /// W₀ and its rate, second order; radians, per second of time, from the epoch.
     w: [f64; 3],
     /// Days of TDB past J2000 at the epoch.
@@ -38,12 +38,12 @@ const DAY: f64 = 86400.0;
 const CENTURY: f64 = 36525.0;
 
 impl IauRotation {
-    /// From published polynomials, in degrees: `ra_deg` and `dec_deg` with rates per century, `w_deg` with
+    /// From published polynomials, in degrees: `ra_deg` and `dec_deg` with rates per century and per century², `w_deg` with
     /// rates per day and per day². `tdb_days` past J2000 (whole, fraction) is the epoch of t = 0.
     #[must_use]
     pub fn new(
-        ra_deg: [f64; 2],
-        dec_deg: [f64; 2],
+        ra_deg: [f64; 3],
+        dec_deg: [f64; 3],
         w_deg: [f64; 3],
         terms: &[IauTerm],
         tdb_days: (f64, f64),
@@ -67,14 +67,14 @@ impl IauRotation {
     /// Mars.
     #[must_use]
     pub fn mars(tdb_days: (f64, f64)) -> Self {
-        let (ra, dec) = ([317.68143, -0.1061], [52.88650, -0.0609]);
+        let (ra, dec) = ([317.68143, -0.1061, 0.0], [52.88650, -0.0609, 0.0]);
         Self::new(ra, dec, [176.630, 350.89198226, 0.0], &[], tdb_days)
     }
 
     /// Moon, mean Earth and axis of rotation.
     #[must_use]
     pub fn moon(tdb_days: (f64, f64)) -> Self {
-        let (ra, dec) = ([269.9949, 0.0031], [66.5392, 0.0130]);
+        let (ra, dec) = ([269.9949, 0.0031, 0.0], [66.5392, 0.0130, 0.0]);
         Self::new(ra, dec, [38.3213, 13.17635815, -1.4e-12], &MOON, tdb_days)
     }
 
@@ -83,14 +83,16 @@ impl IauRotation {
     pub fn at(&self, t: f64) -> Spin {
         let d = self.days + t / DAY;
         let T = d / CENTURY;
-        let mut ra = self.ra[0] + self.ra[1] * T;
-        let mut dec = self.dec[0] + self.dec[1] * T;
+        let mut ra = self.ra[0] + self.ra[1] * T + self.ra[2] * T * T;
+        let mut dec = self.dec[0] + self.dec[1] * T + self.dec[2] * T * T;
         let mut w = self.w[0] + phase(self.w[1] / TAU, t) + self.w[2] * t * t;
-        let (mut dra, mut ddec) = (self.ra[1] / CENTURY / DAY, self.dec[1] / CENTURY / DAY);
+        let rate = |c: &[f64; 3]| (c[1] + 2.0 * c[2] * T) / CENTURY / DAY;
+        let (mut dra, mut ddec) = (rate(&self.ra), rate(&self.dec));
         let mut dw = self.w[1] + 2.0 * self.w[2] * t;
         for term in &self.terms {
-            let rate = term.angle_deg[1].to_radians() / DAY;
-            let (sin, cos) = (term.angle_deg[0] + term.angle_deg[1] * d).to_radians().sin_cos();
+            let [e0, e1, e2] = term.angle_deg;
+            let rate = (e1 + 2.0 * e2 * d).to_radians() / DAY;
+            let (sin, cos) = (e0 + e1 * d + e2 * d * d).to_radians().sin_cos();
             let [a, b, c] = term.ra_dec_w_deg.map(f64::to_radians);
             ra += a * sin;
             dec += b * cos;
@@ -108,7 +110,7 @@ impl IauRotation {
 }
 
 const fn term(e0: f64, e1: f64, ra: f64, dec: f64, w: f64) -> IauTerm {
-    IauTerm { angle_deg: [e0, e1], ra_dec_w_deg: [ra, dec, w] }
+    IauTerm { angle_deg: [e0, e1, 0.0], ra_dec_w_deg: [ra, dec, w] }
 }
 
 /// E1 … E13.

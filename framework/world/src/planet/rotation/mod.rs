@@ -3,12 +3,14 @@
 mod earth;
 mod iau;
 mod orientation;
+mod pck;
 
 pub use earth::{
     Earth, EarthParameters, earth_rotation_angle, eme2000_to_gcrs, gcrs_to_itrs, teme_to_gcrs,
 };
 pub use iau::{IauRotation, IauTerm};
 pub use orientation::EarthOrientation;
+pub use pck::PckConstants;
 
 use super::{Epoch, FrameMotion};
 use crate::error::{WorldError, number};

@@ -1,0 +1,94 @@
+//! `actuators.gravity_compensation`: an ideal balancer that carries a share of the weight of a body, wherever it is.
+//! ```text
+//! F = −s m g(c)        at the centre of mass c;   s: share
+//! ```
+//! A share of 1 takes gravity off the body, as `<gravity>false</gravity>` of an SDF link; `gravcomp` of MJCF is the share. Mass that wires add is not carried.
+
+use linkwork_runtime::prelude::*;
+
+/// Share of the weight.
+#[derive(Params, Clone, Debug)]
+pub struct GravityCompensationParams {
+    /// Share of the weight that is carried; above 1 the body rises.
+    #[param(default = 1.0)]
+    pub share: f64,
+    /// Gravity; bodies have no weight without it.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
+}
+
+/// The body.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GravityCompensationIn {
+    /// The body.
+    #[port(bind = "body")]
+    pub body: NodeState,
+    /// Its mass.
+    #[port(bind = "body")]
+    pub own: BodyMass,
+}
+
+/// Load.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct GravityCompensationOut {
+    /// On the body.
+    #[port(bind = "body")]
+    pub load: Wrench,
+}
+
+/// A balancer.
+pub struct GravityCompensation {
+    p: GravityCompensationParams,
+}
+
+/// Carries a share of the weight of a body at its centre of mass.
+#[model("actuators.gravity_compensation")]
+impl Model for GravityCompensation {
+    type Params = GravityCompensationParams;
+    type Ud = GravityCompensationIn;
+    type Yd = GravityCompensationOut;
+    fn direct(
+        &self,
+        c: &Clock,
+        _: &(),
+        _: &(),
+        u: &GravityCompensationIn,
+    ) -> GravityCompensationOut {
+        let Some(gravity) = &self.p.gravity else {
+            return GravityCompensationOut { load: Wrench::zero() };
+        };
+        let arm = u.body.rotation * u.own.com;
+        let pull = gravity.acceleration(c.t, u.body.position + arm);
+        let force = pull * (-self.p.share * u.own.mass);
+        GravityCompensationOut { load: Wrench { moment: arm.cross(&force), force } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    struct Down;
+
+    impl Gravity for Down {
+        fn acceleration(&self, _: f64, p: Vec3) -> Vec3 {
+            Vec3::new(0.0, 0.0, -9.0 - p.x)
+        }
+    }
+
+    #[test]
+    fn the_share_of_the_weight_acts_at_the_centre_of_mass() {
+        let gravity = Some(Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>));
+        let m = GravityCompensation { p: GravityCompensationParams { share: 0.5, gravity } };
+        let mut body = NodeState::identity();
+        body.rotation = Quat::from_axis_angle(&Vec3::z_axis(), std::f64::consts::FRAC_PI_2);
+        body.position = Vec3::new(1.0, 0.0, 0.0);
+        let own = BodyMass { mass: 2.0, com: Vec3::new(0.0, -0.5, 0.3), inertia: [0.0; 6] };
+        let y =
+            m.direct(&Clock::at(0.0, 1e-3, 0), &(), &(), &GravityCompensationIn { body, own }, &());
+        // The centre of mass is at x = 1.5: half of 2 kg · 10.5 m/s², with the arm (0.5, 0, 0.3).
+        assert!((y.load.force - Vec3::new(0.0, 0.0, 10.5)).norm() < 1e-14);
+        assert!((y.load.moment - Vec3::new(0.0, -5.25, 0.0)).norm() < 1e-14, "{}", y.load.moment);
+    }
+}

@@ -1,0 +1,144 @@
+//! `actuators.tendon`: spring, damper and soft limits on a weighted sum of joint coordinates or on a line over sites, as the tendons of MuJoCo.
+//! ```text
+//! l = Σ cᵢ qᵢ, or the length of the line
+//! f = −k (l − r) − d l̇ + limits       r: l moved between the two rest lengths, so that there is no force between them
+//! limits   max(0, k_l δ − d_l δ̇) at the lower bound, −max(0, ..) at the upper; δ: how far l is beyond it
+//! torques on the joints, or forces on the sites, by virtual work: `transmission.rs`
+//! ```
+
+use crate::transmission::{Transmission, ordered};
+use linkwork_runtime::prelude::*;
+
+/// Joints, spring and limits.
+#[derive(Params, Clone, Debug)]
+pub struct TendonParams {
+    /// What each joint adds to the length for each unit of its coordinate; of a line one factor, 1 by default.
+    #[param(default = vec![1.0])]
+    pub factors: Vec<f64>,
+    /// Sites of a line from the first to the last; 0: joints.
+    #[param(default = 0)]
+    pub sites: u32,
+    /// Stiffness, force for each unit of length.
+    #[param(default = 0.0, range = 0.0..)]
+    pub stiffness: f64,
+    /// Lengths between which the spring has no force.
+    #[param(default = [0.0, 0.0])]
+    pub rest: [f64; 2],
+    /// Damping, force for each unit of rate.
+    #[param(default = 0.0, range = 0.0..)]
+    pub damping: f64,
+    /// Bounds of the length; default: none.
+    #[param(default = None)]
+    pub range: Option<[f64; 2]>,
+    /// Stiffness beyond a bound.
+    #[param(default = 1e4, range = 0.0..)]
+    pub limit_stiffness: f64,
+    /// Damping beyond a bound.
+    #[param(default = 0.0, range = 0.0..)]
+    pub limit_damping: f64,
+}
+
+/// Length and force.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct TendonOut {
+    /// Length, rad or m.
+    #[port("1")]
+    pub length: f64,
+    /// Its rate, rad/s or m/s.
+    #[port("1/s")]
+    pub velocity: f64,
+    /// Force along it, N m or N.
+    #[port("1")]
+    pub force: f64,
+}
+
+impl TendonParams {
+    fn transmission(&self) -> Transmission<'_> {
+        Transmission { factors: &self.factors, sites: self.sites }
+    }
+}
+
+/// A tendon.
+pub struct Tendon {
+    p: TendonParams,
+}
+
+impl SizedModel for Tendon {
+    const NAME: &'static str = "actuators.tendon";
+    const DOC: &'static str = "Spring, damper and soft limits on a weighted sum of joint coordinates or on a line over sites: tendons of MJCF files.";
+    type Params = TendonParams;
+    type Store = ();
+
+    fn ports(p: &TendonParams) -> SizedPorts {
+        SizedPorts {
+            direct_inputs: p.transmission().inputs(),
+            direct_outputs: (TendonOut::specs().into_iter())
+                .chain(p.transmission().outputs())
+                .collect(),
+            ..SizedPorts::default()
+        }
+    }
+
+    fn build(p: TendonParams) -> Result<Self, BuildError> {
+        p.transmission().check()?;
+        ordered(Some(p.rest), "rest")?;
+        ordered(p.range, "range")?;
+        Ok(Tendon { p })
+    }
+
+    fn direct(&self, _: &Clock, _: &[f64], _: &[f64], u: &[f64], _: &(), y: &mut [f64]) {
+        let p = &self.p;
+        let [length, velocity] = p.transmission().motion(u);
+        let stretch = length - length.clamp(p.rest[0], p.rest[1]);
+        let stop = |depth: f64, rate: f64| match depth > 0.0 {
+            true => (p.limit_stiffness * depth + p.limit_damping * rate).max(0.0),
+            false => 0.0,
+        };
+        let limits = p.range.map_or(0.0, |[lower, upper]| {
+            stop(lower - length, -velocity) - stop(length - upper, velocity)
+        });
+        let force = limits - p.stiffness * stretch - p.damping * velocity;
+        let (own, torques) = y.split_at_mut(TendonOut::N);
+        TendonOut { length, velocity, force }.put(own);
+        p.transmission().load(u, force, torques);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tendon() -> TendonParams {
+        TendonParams {
+            factors: vec![2.0, -1.0],
+            sites: 0,
+            stiffness: 10.0,
+            rest: [-0.5, 1.0],
+            damping: 0.5,
+            range: Some([-2.0, 3.0]),
+            limit_stiffness: 100.0,
+            limit_damping: 4.0,
+        }
+    }
+
+    /// Length, rate, force and torques with both joints at `q`, at the rate `v`.
+    fn outputs(q: [f64; 2], v: [f64; 2]) -> Vec<f64> {
+        let m = Tendon::build(tendon()).unwrap();
+        let mut y = vec![0.0; 5];
+        m.direct(&Clock::at(0.0, 1e-3, 0), &[], &[], &[q[0], v[0], q[1], v[1]], &(), &mut y);
+        y
+    }
+
+    #[test]
+    fn the_spring_has_no_force_between_its_rest_lengths_and_limits_push_inwards() {
+        assert_eq!(outputs([0.5, 0.25], [0.0; 2]), [0.75, 0.0, 0.0, 0.0, -0.0]);
+        assert_eq!(outputs([1.0, 0.0], [0.0; 2])[2..], [-10.0, -20.0, 10.0]);
+        assert_eq!(outputs([-0.5, 0.0], [1.0, 0.0])[2], 5.0 - 1.0);
+        // Beyond the upper bound by 1, with a rate of 2 outwards; then so fast inwards that the limit lets go.
+        assert_eq!(outputs([2.0, 0.0], [1.0, 0.0])[2], -30.0 - 1.0 - 108.0);
+        assert_eq!(outputs([2.0, 0.0], [-20.0, 0.0])[2], -30.0 + 20.0);
+        assert_eq!(outputs([-1.5, 0.0], [0.0; 2])[2], 25.0 + 100.0);
+        let wrong = TendonParams { rest: [1.0, 0.0], ..tendon() };
+        assert!(Tendon::build(wrong).is_err());
+    }
+}

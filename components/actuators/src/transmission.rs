@@ -1,0 +1,163 @@
+//! Transmissions of actuators and tendons: a weighted sum of joint coordinates, or a line that is stretched over sites.
+//! ```text
+//! joints    l = Σ cᵢ qᵢ,               l̇ = Σ cᵢ q̇ᵢ,                        τᵢ = cᵢ f
+//! line      l = c Σ |pₖ₊₁ − pₖ|,       l̇ = c Σ uₖ · (vₖ₊₁ − vₖ),            Fₖ = c f (uₖ₋₁ − uₖ)
+//! ```
+//! uₖ points from site k to the next, and is 0 where two sites are in one place. Virtual work: f l̇ = Σ τᵢ q̇ᵢ, or Σ Fₖ · vₖ.
+
+use linkwork_runtime::Lane;
+use linkwork_runtime::prelude::*;
+
+/// Joints or sites that one transmission may have.
+const MOST: usize = 256;
+
+/// Lanes of the state of a joint, and of a site.
+const JOINT: usize = <HingeState as Lane>::N;
+const SITE: usize = <NodeState as Lane>::N;
+/// Lanes of the load of a site.
+const LOAD: usize = <Wrench as Lane>::N;
+
+/// A transmission: with `sites` above 0 a line, whose only factor is its gear.
+pub(crate) struct Transmission<'a> {
+    pub factors: &'a [f64],
+    pub sites: u32,
+}
+
+impl Transmission<'_> {
+    fn ports(
+        &self,
+        names: [&str; 2],
+        kinds: [(PortKind, usize); 2],
+        docs: [&'static str; 2],
+    ) -> Vec<PortSpec> {
+        let line = usize::from(self.sites > 0);
+        let count = if self.sites > 0 { self.sites as usize } else { self.factors.len() };
+        let ((kind, lanes), binding) = (kinds[line], ["joint", "site"][line]);
+        let port = |k: usize| {
+            let mut port = PortSpec::named(format!("{}{k}", names[line]), kind, lanes);
+            port.bind = Some(format!("{binding}{k}").into());
+            port.doc_of(docs[line])
+        };
+        (1..=count.min(MOST)).map(port).collect()
+    }
+
+    /// Input ports `joint1`, `joint2`, .. or `site1`, `site2`, ..
+    pub fn inputs(&self) -> Vec<PortSpec> {
+        let kinds = [(PortKind::HingeState, JOINT), (PortKind::NodeState, SITE)];
+        self.ports(["joint", "site"], kinds, ["A joint of the sum.", "A site of the line."])
+    }
+
+    /// Output ports `torque1`, `torque2`, .. or `load1`, `load2`, ..
+    pub fn outputs(&self) -> Vec<PortSpec> {
+        let kinds = [(PortKind::HingeTorque, 1), (PortKind::Wrench, LOAD)];
+        let docs = ["Torque on the joint (sliders: N).", "Force on the site."];
+        self.ports(["torque", "load"], kinds, docs)
+    }
+
+    /// Length and rate; `u` has the states of the joints or sites.
+    pub fn motion(&self, u: &[f64]) -> [f64; 2] {
+        if self.sites == 0 {
+            let states = u.chunks_exact(JOINT).map(HingeState::get);
+            let all = self.factors.iter().zip(states);
+            return all.fold([0.0; 2], |[l, v], (c, s)| [l + c * s.angle, v + c * s.rate]);
+        }
+        let [l, v] = segments(u)
+            .fold([0.0; 2], |[l, v], (step, direction, rate)| [l + step, v + direction.dot(&rate)]);
+        [self.factors[0] * l, self.factors[0] * v]
+    }
+
+    /// Torques or loads of a force along the transmission.
+    pub fn load(&self, u: &[f64], force: f64, y: &mut [f64]) {
+        if self.sites == 0 {
+            y.iter_mut().zip(self.factors).for_each(|(t, c)| *t = c * force);
+            return;
+        }
+        y.fill(0.0);
+        let force = self.factors[0] * force;
+        for (k, (_, direction, _)) in segments(u).enumerate() {
+            for (site, sign) in [(k, -force), (k + 1, force)] {
+                let own = &mut y[site * LOAD..][..LOAD];
+                let mut load = Wrench::get(own);
+                load.force += direction * sign;
+                load.put(own);
+            }
+        }
+    }
+
+    /// Rejects lists that are empty, endless or not finite.
+    pub fn check(&self) -> Result<(), BuildError> {
+        let wrong = |fact: String, help: &str, at: &str| {
+            Err(BuildError::new(fact).help(help.to_string()).at(at))
+        };
+        let n = self.factors.len();
+        let line = self.sites > 0;
+        if n == 0 || n > MOST || (line && n > 1) {
+            let help = "write one for each of 1 to 256 joints, factors: [1] with bind: { \"joint1\": \"hinge:..\" }; with `sites` one alone";
+            return wrong(format!("{n} factors"), help, "factors");
+        }
+        if self.sites == 1 || self.sites as usize > MOST {
+            let help =
+                "write 2 to 256, with bind: { \"site1\": \"node:..\", \"site2\": \"node:..\" }";
+            return wrong(format!("a line over {} sites", self.sites), help, "sites");
+        }
+        if self.factors.iter().any(|c| !c.is_finite()) {
+            return wrong("a factor is not finite".into(), "write numbers", "factors");
+        }
+        Ok(())
+    }
+}
+
+/// Length, direction and difference of velocities of each segment of a line.
+fn segments(u: &[f64]) -> impl Iterator<Item = (f64, Vec3, Vec3)> {
+    let sites = || u.chunks_exact(SITE).map(NodeState::get);
+    sites().zip(sites().skip(1)).map(|(a, b)| {
+        let step = b.position - a.position;
+        let length = step.norm();
+        let direction = if length > 0.0 { step / length } else { Vec3::zeros() };
+        (length, direction, b.velocity - a.velocity)
+    })
+}
+
+/// Rejects a pair that is not in order.
+pub(crate) fn ordered(pair: Option<[f64; 2]>, name: &'static str) -> Result<(), BuildError> {
+    match pair {
+        Some([lower, upper]) if !(lower <= upper) => {
+            Err(BuildError::new(format!("{lower} is above {upper}"))
+                .help("write [lower, upper]")
+                .at(name))
+        }
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forces_of_a_line_do_its_work_and_add_up_to_nothing() {
+        let line = Transmission { factors: &[1.5], sites: 3 };
+        assert!(line.check().is_ok());
+        let mut u = vec![0.0; 3 * SITE];
+        let places = [[0.0, 0.0, 0.0], [0.3, 0.4, 0.0], [0.3, 0.4, 1.2]];
+        let rates = [[0.1, -0.2, 0.3], [0.5, 0.1, -0.4], [-0.3, 0.2, 0.7]];
+        for k in 0..3 {
+            let mut s = NodeState::identity();
+            (s.position, s.velocity) = (places[k].into(), rates[k].into());
+            s.put(&mut u[k * SITE..][..SITE]);
+        }
+        let [l, v] = line.motion(&u);
+        assert!((l - 1.5 * 1.7).abs() < 1e-15, "{l}");
+        let mut y = vec![9.0; 3 * LOAD];
+        line.load(&u, 2.0, &mut y);
+        let loads: Vec<Wrench> = y.chunks_exact(LOAD).map(Wrench::get).collect();
+        let power: f64 = loads.iter().zip(rates).map(|(f, v)| f.force.dot(&v.into())).sum();
+        assert!((power - 2.0 * v).abs() < 1e-14, "{power} {v}");
+        assert!(loads.iter().map(|f| f.force).sum::<Vec3>().norm() < 1e-15);
+        // The first site is pushed away from the second by a force that lengthens the line.
+        assert!((loads[0].force - Vec3::new(-0.6, -0.8, 0.0) * 3.0).norm() < 1e-14);
+        for (factors, sites) in [(&[1.0, 2.0][..], 2), (&[1.0], 1), (&[], 2), (&[f64::NAN], 0)] {
+            assert!(Transmission { factors, sites }.check().is_err());
+        }
+    }
+}

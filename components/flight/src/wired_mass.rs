@@ -1,0 +1,77 @@
+//! `flight.wired_mass`: mass, centre of mass and moments of inertia of a body from wires, as a table of the propellant burnt gives them.
+//! ```text
+//! added to the body: m, m c, J + m (c² 1 − c cᵀ)          J about the centre of mass, in the node's axes
+//! ```
+//! Give the body itself no mass, or what the table leaves out. Mass that leaves takes the velocity of the body with it.
+
+use linkwork_runtime::prelude::*;
+
+/// What the table says.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct WiredMassIn {
+    /// Mass.
+    #[port("kg")]
+    pub mass: f64,
+    /// Centre of mass from the node, x.
+    #[port("m", default = 0.0)]
+    pub x: f64,
+    /// Centre of mass from the node, y.
+    #[port("m", default = 0.0)]
+    pub y: f64,
+    /// Centre of mass from the node, z.
+    #[port("m", default = 0.0)]
+    pub z: f64,
+    /// Moment of inertia about the centre of mass, axis x.
+    #[port("kg m^2", default = 0.0)]
+    pub inertia_x: f64,
+    /// Moment of inertia about the centre of mass, axis y.
+    #[port("kg m^2", default = 0.0)]
+    pub inertia_y: f64,
+    /// Moment of inertia about the centre of mass, axis z.
+    #[port("kg m^2", default = 0.0)]
+    pub inertia_z: f64,
+}
+
+/// What the body gets.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct WiredMassOut {
+    /// Mass about the node.
+    #[port(bind = "body")]
+    pub added: AddedMass,
+}
+
+/// Mass by wires.
+pub struct WiredMass {}
+
+/// Mass, centre of mass and moments of inertia of a body from wires.
+#[model("flight.wired_mass")]
+impl Model for WiredMass {
+    type Ud = WiredMassIn;
+    type Yd = WiredMassOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &WiredMassIn) -> WiredMassOut {
+        let com = Vec3::new(u.x, u.y, u.z);
+        let central = Vec3::new(u.inertia_x, u.inertia_y, u.inertia_z);
+        WiredMassOut { added: AddedMass::of(u.mass, &com, &central) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_are_moved_from_the_centre_of_mass_to_the_node() {
+        let u = WiredMassIn {
+            mass: 2.0,
+            x: 0.0,
+            y: 0.0,
+            z: 3.0,
+            inertia_x: 1.0,
+            inertia_y: 1.5,
+            inertia_z: 0.5,
+        };
+        let y = WiredMass {}.direct(&Clock::at(0.0, 0.1, 0), &(), &(), &u, &());
+        assert_eq!(y.added.first_moment, Vec3::new(0.0, 0.0, 6.0));
+        assert_eq!(y.added.inertia, [19.0, 19.5, 0.5, 0.0, 0.0, 0.0]);
+    }
+}

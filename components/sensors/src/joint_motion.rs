@@ -1,0 +1,48 @@
+//! `sensors.joint_motion`: angle and rate of a joint as they are, for controllers that are tried before there is an encoder.
+
+use linkwork_runtime::prelude::*;
+
+/// The joint.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct JointMotionIn {
+    /// The joint.
+    #[port(bind = "shaft")]
+    pub shaft: HingeState,
+}
+
+/// Its motion.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct JointMotionOut {
+    /// Angle (sliders: m).
+    #[port("rad")]
+    pub angle: f64,
+    /// Rate (sliders: m/s).
+    #[port("rad/s")]
+    pub rate: f64,
+}
+
+/// Exact motion of a joint.
+pub struct JointMotion {}
+
+/// Angle and rate of a joint, exact and continuous.
+#[model("sensors.joint_motion")]
+impl Model for JointMotion {
+    type Ud = JointMotionIn;
+    type Yd = JointMotionOut;
+    fn direct(&self, _: &Clock, _: &(), _: &(), u: &JointMotionIn) -> JointMotionOut {
+        JointMotionOut { angle: u.shaft.angle, rate: u.shaft.rate }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_joint_is_read_as_it_is() {
+        let shaft = HingeState { angle: 0.3, rate: -2.0 };
+        let c = Clock::at(0.0, 0.1, 0);
+        let y = JointMotion {}.direct(&c, &(), &(), &JointMotionIn { shaft }, &());
+        assert_eq!((y.angle, y.rate), (0.3, -2.0));
+    }
+}

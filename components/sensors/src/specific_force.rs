@@ -1,0 +1,83 @@
+//! `sensors.specific_force`: the specific force at a node as it is, for controllers that are tried before there is an inertial unit.
+//! ```text
+//! f = Rᵀ (a − g)      a: acceleration of the node, g: of free fall there; 0 without gravity
+//! ```
+//! At rest it is +g upwards. `sensors.imu` has the errors of an instrument.
+
+use linkwork_runtime::prelude::*;
+
+/// Gravity.
+#[derive(Params, Clone, Debug)]
+pub struct SpecificForceParams {
+    /// Gravity; without it the acceleration is the specific force.
+    #[param(service)]
+    pub gravity: Option<Handle<dyn Gravity>>,
+}
+
+/// The node.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SpecificForceIn {
+    /// Pose and velocity.
+    #[port(bind = "mount")]
+    pub mount: NodeState,
+    /// Acceleration.
+    #[port(bind = "mount")]
+    pub motion: NodeAccel,
+}
+
+/// The force.
+#[derive(Ports, Clone, Copy, Debug)]
+pub struct SpecificForceOut {
+    /// Specific force, axes of the node.
+    #[port("m/s^2")]
+    pub force: Vec3,
+}
+
+/// Exact specific force.
+pub struct SpecificForce {
+    p: SpecificForceParams,
+}
+
+/// Specific force at a node, exact and continuous.
+#[model("sensors.specific_force")]
+impl Model for SpecificForce {
+    type Params = SpecificForceParams;
+    type Ud = SpecificForceIn;
+    type Yd = SpecificForceOut;
+    fn direct(&self, c: &Clock, _: &(), _: &(), u: &SpecificForceIn) -> SpecificForceOut {
+        let NodeState { position, rotation, velocity, .. } = u.mount;
+        let gravity = self.p.gravity.as_ref();
+        let fall = gravity.map_or(Vec3::zeros(), |g| g.free_fall(c.t, position, velocity));
+        SpecificForceOut { force: rotation.inverse() * (u.motion.linear - fall) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    struct Down;
+
+    impl Gravity for Down {
+        fn acceleration(&self, _: f64, _: Vec3) -> Vec3 {
+            Vec3::new(0.0, 0.0, -9.0)
+        }
+    }
+
+    #[test]
+    fn a_node_at_rest_feels_its_weight_in_its_own_axes() {
+        let mut mount = NodeState::identity();
+        mount.rotation = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2);
+        let motion = NodeAccel { angular: Vec3::zeros(), linear: Vec3::new(2.0, 0.0, 0.0) };
+        let gravity = Some(Handle::new("gravity", Arc::new(Down) as Arc<dyn Gravity>));
+        let c = Clock::at(0.0, 0.1, 0);
+        for (gravity, want) in
+            [(gravity, Vec3::new(2.0, 9.0, 0.0)), (None, Vec3::new(2.0, 0.0, 0.0))]
+        {
+            let m = SpecificForce { p: SpecificForceParams { gravity } };
+            let y = m.direct(&c, &(), &(), &SpecificForceIn { mount, motion }, &());
+            assert!((y.force - want).norm() < 1e-14, "{}", y.force);
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! Devices of a description as parts of an assembly: actuators, tendons, sensors, balancers.
+use crate::form::assembly::{Assembly, PartForm, PartKind};
+use crate::text::value::{Text, empty_map, list, plain, push};
+use linkwork_formats::{
+    Actuator, Description, Device, DeviceFrame, DeviceKind, HingeCoordinate, Length, Sensor, Tendon,
+};
+use linkwork_multibody::BodySpec;
+use linkwork_runtime::{Located, Origin, Value};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The names that references of parts take.
+pub(crate) struct Names<'a> {
+    /// Body in the description → body of the assembly.
+    pub bodies: &'a BTreeMap<String, String>,
+    /// Node in the description → `body/node` of the assembly.
+    pub nodes: &'a BTreeMap<String, String>,
+}
+
+/// Adds the parts and exports of all devices; what cannot be added is a line in `left_out`.
+pub(crate) fn add(
+    d: &Description,
+    names: &Names<'_>,
+    assembly: &mut Assembly,
+    left_out: &mut Vec<String>,
+) {
+    let specs: BTreeMap<&str, &BodySpec> =
+        d.builder.bodies().iter().map(|b| (b.name.as_str(), b)).collect();
+    let of_bodies: BTreeSet<&str> = names.bodies.values().map(String::as_str).collect();
+    // Actuators keep their names before tendons and sensors.
+    let mut order: Vec<&Device> = d.devices.iter().collect();
+    order.sort_by_key(|device| match device.kind {
+        DeviceKind::Actuator(_) => 0,
+        DeviceKind::Tendon(_) => 1,
+        _ => 2,
+    });
+    let mut found: BTreeMap<(&str, bool), String> = BTreeMap::new();
+    for device in order {
+        // Variables of parts and of bodies have paths of one form.
+        let taken = |n: &str| {
+            assembly.parts.contains_key(n)
+                || assembly.exports.contains_key(n)
+                || of_bodies.contains(n)
+        };
+        let name = plain(&device.name, taken);
+        let made = match &device.kind {
+            DeviceKind::Actuator(a) => actuator(a, &specs, names),
+            DeviceKind::Tendon(t) => tendon(t, &specs, names),
+            DeviceKind::GravityCompensation { body, share } => {
+                let body = names.bodies.get(body);
+                body.map(|local| {
+                    let params = vec![("share".to_owned(), Value::Number(*share).into())];
+                    let bind = vec![("body".to_owned(), text(format!("node:{local}")))];
+                    ("actuators.gravity_compensation", params, bind)
+                })
+            }
+            DeviceKind::Sensor(Sensor::Of { device: other, output }) => {
+                let actuator = output == "force";
+                let of = found.get(&(other.as_str(), actuator));
+                if let Some(of) = of.or_else(|| found.get(&(other.as_str(), !actuator))) {
+                    assembly.exports.insert(name, Text::new(format!("{of}.{output}")));
+                    continue;
+                }
+                None
+            }
+            DeviceKind::Sensor(s) => sensor(s, &specs, names),
+        };
+        let Some((model, params, bind)) = made else {
+            left_out.push(format!("device `{}`", device.name));
+            continue;
+        };
+        found.insert((&device.name, matches!(device.kind, DeviceKind::Actuator(_))), name.clone());
+        assembly.parts.insert(name, part(model, params, bind));
+    }
+}
+
+/// Parameters and bindings.
+type Fields = (Vec<(String, Located)>, Vec<(String, Located)>);
+/// Model, parameters and bindings.
+type Made = (&'static str, Vec<(String, Located)>, Vec<(String, Located)>);
+
+fn part(model: &str, params: Vec<(String, Located)>, bind: Vec<(String, Located)>) -> PartForm {
+    let kind = PartKind::Model {
+        model: Text::new(model),
+        rate: None,
+        offset: None,
+        bind: Value::Map(bind).into(),
+        folder: None,
+    };
+    let params = if params.is_empty() { empty_map() } else { Value::Map(params).into() };
+    PartForm { kind, params, array: None, doc: String::new(), origin: Origin::NONE }
+}
+
+fn text(t: String) -> Located {
+    Value::Text(t).into()
+}
+
+/// `link` or `link[1]`: the coordinate of a term.
+pub(crate) fn coordinate(
+    at: &HingeCoordinate,
+    specs: &BTreeMap<&str, &BodySpec>,
+    bodies: &BTreeMap<String, String>,
+) -> String {
+    let chain = specs.get(at.body.as_str()).map_or(&[][..], |b| &b.hinge.subhinges);
+    let before = chain.iter().take(at.subhinge).filter(|s| s.kind.nv() == 1).count();
+    let local = bodies.get(&at.body).unwrap_or(&at.body);
+    let one = chain.iter().filter(|s| s.kind.nv() == 1).count() < 2;
+    if one { local.clone() } else { format!("{local}[{before}]") }
+}
+
+/// Parameters of a length, and what it binds; terms of one coordinate are added. `None`: a site is not there.
+fn length(l: &Length, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<Fields> {
+    let (mut params, mut bind) = (Vec::new(), Vec::new());
+    match l {
+        Length::Joints(terms) => {
+            let mut sums: Vec<(String, f64)> = Vec::new();
+            for t in terms {
+                let at = coordinate(&t.coordinate, specs, names.bodies);
+                match sums.iter_mut().find(|(k, _)| *k == at) {
+                    Some((_, sum)) => *sum += t.factor,
+                    None => sums.push((at, t.factor)),
+                }
+            }
+            push(&mut params, "factors", list(sums.iter().map(|(_, c)| *c)));
+            let joints = sums.iter().enumerate();
+            bind.extend(
+                joints.map(|(k, (at, _))| (format!("joint{}", k + 1), text(format!("hinge:{at}")))),
+            );
+        }
+        Length::Line { gear, sites } => {
+            push(&mut params, "factors", list([*gear]));
+            push(&mut params, "sites", Value::Number(sites.len() as f64));
+            for (k, site) in sites.iter().enumerate() {
+                bind.push((format!("site{}", k + 1), frame(site, names)?));
+            }
+        }
+    }
+    Some((params, bind))
+}
+
+/// The binding of a frame.
+fn frame(f: &DeviceFrame, names: &Names<'_>) -> Option<Located> {
+    let at = match f {
+        DeviceFrame::Body(b) => names.bodies.get(b),
+        DeviceFrame::Node(n) => names.nodes.get(n),
+    };
+    Some(text(format!("node:{}", at?)))
+}
+
+fn actuator(a: &Actuator, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<Made> {
+    let (mut params, bind) = length(&a.length, specs, names)?;
+    push(&mut params, "gain", list(a.gain));
+    push(&mut params, "bias", list(a.bias));
+    for (key, range) in [("control_range", a.control), ("force_range", a.force)] {
+        push(&mut params, key, range.map_or(Value::Null, list));
+    }
+    Some(("actuators.general_actuator", params, bind))
+}
+
+fn tendon(t: &Tendon, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<Made> {
+    let (mut params, bind) = length(&t.length, specs, names)?;
+    push(&mut params, "stiffness", Value::Number(t.stiffness));
+    push(&mut params, "rest", list(t.rest));
+    push(&mut params, "damping", Value::Number(t.damping));
+    if let Some(range) = t.range {
+        push(&mut params, "range", list(range));
+        push(&mut params, "limit_stiffness", Value::Number(t.limit[0]));
+        push(&mut params, "limit_damping", Value::Number(t.limit[1]));
+    }
+    Some(("actuators.tendon", params, bind))
+}
+
+fn sensor(s: &Sensor, specs: &BTreeMap<&str, &BodySpec>, names: &Names<'_>) -> Option<Made> {
+    let frame = |f: &DeviceFrame| Some(vec![("mount".to_owned(), frame(f, names)?)]);
+    Some(match s {
+        Sensor::Joint(at) => {
+            let at = coordinate(at, specs, names.bodies);
+            let bind = vec![("shaft".to_owned(), text(format!("hinge:{at}")))];
+            ("sensors.joint_motion", Vec::new(), bind)
+        }
+        Sensor::Motion(f) => ("sensors.motion", Vec::new(), frame(f)?),
+        Sensor::SpecificForce(f) => ("sensors.specific_force", Vec::new(), frame(f)?),
+        Sensor::Of { .. } => return None,
+    })
+}

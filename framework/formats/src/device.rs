@@ -1,0 +1,124 @@
+//! Devices of a file: what acts on the joints of a mechanism and what measures it. Parts of an assembly are made of them.
+//!
+//! ```text
+//! length   l = Σ cᵢ qᵢ, torque on joint i: cᵢ f;   or that of a line over sites, times a gear
+//! actuator                   f = (g₀ + g₁ l + g₂ l̇) u + b₀ + b₁ l + b₂ l̇
+//! tendon                     f = −k (l − r) − d l̇, and soft limits
+//! ```
+
+use linkwork_multibody::{HingeCoordinate, Term};
+use serde::{Deserialize, Serialize};
+
+/// Something of the file that acts or measures.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Device {
+    /// Its name in the file, or its kind and number.
+    pub name: String,
+    /// What it is.
+    pub kind: DeviceKind,
+}
+
+/// The kinds of devices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum DeviceKind {
+    /// A force by a control.
+    Actuator(Actuator),
+    /// A passive force along a sum of coordinates.
+    Tendon(Tendon),
+    /// A measurement.
+    Sensor(Sensor),
+    /// A force that carries a share of the weight of a body.
+    GravityCompensation {
+        /// The body.
+        body: String,
+        /// 1: it has no weight.
+        share: f64,
+    },
+}
+
+/// The length that an actuator or a tendon acts along.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Length {
+    /// A weighted sum of joint coordinates.
+    Joints(Vec<Term>),
+    /// The length of a line over sites, times a gear.
+    Line {
+        /// The factor.
+        gear: f64,
+        /// The sites from the first to the last.
+        sites: Vec<DeviceFrame>,
+    },
+}
+
+impl Length {
+    /// Returns a copy with one more gear.
+    #[must_use]
+    pub fn geared(self, by: f64) -> Self {
+        match self {
+            Self::Joints(terms) => {
+                let geared = |t: Term| Term { factor: t.factor * by, ..t };
+                Self::Joints(terms.into_iter().map(geared).collect())
+            }
+            Self::Line { gear, sites } => Self::Line { gear: gear * by, sites },
+        }
+    }
+}
+
+/// A force that is affine in control, length and rate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Actuator {
+    /// The length that it acts along.
+    pub length: Length,
+    /// g: force for each unit of control.
+    pub gain: [f64; 3],
+    /// b: force without control.
+    pub bias: [f64; 3],
+    /// Bounds of the control.
+    pub control: Option<[f64; 2]>,
+    /// Bounds of the force.
+    pub force: Option<[f64; 2]>,
+}
+
+/// Spring, damper and soft limits along a length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tendon {
+    /// The length.
+    pub length: Length,
+    /// k, N/m or N m/rad.
+    pub stiffness: f64,
+    /// Lengths between which the spring has no force.
+    pub rest: [f64; 2],
+    /// d, N s/m or N m s/rad.
+    pub damping: f64,
+    /// Bounds of the length.
+    pub range: Option<[f64; 2]>,
+    /// Stiffness and damping beyond a bound.
+    pub limit: [f64; 2],
+}
+
+/// What is measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Sensor {
+    /// Coordinate and rate of a joint.
+    Joint(HingeCoordinate),
+    /// Position, attitude, velocity and angular rate of a frame.
+    Motion(DeviceFrame),
+    /// Specific force at a frame.
+    SpecificForce(DeviceFrame),
+    /// An output of another device.
+    Of {
+        /// The device.
+        device: String,
+        /// `length`, `velocity` or `force`.
+        output: String,
+    },
+}
+
+/// Where a sensor or a site of a line is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum DeviceFrame {
+    /// The frame of a body.
+    Body(String),
+    /// A node.
+    Node(String),
+}

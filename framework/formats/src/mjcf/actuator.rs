@@ -1,0 +1,351 @@
+//! Actuators of an MJCF file: forces that are affine in control, length and rate, on joints and on tendons.
+//!
+//! ```text
+//! f = (g₀ + g₁ l + g₂ l̇) u + b₀ + b₁ l + b₂ l̇            l = gear · (q, or the length of the tendon)
+//! motor      g = (1, 0, 0)      b = 0
+//! position   g = (kp, 0, 0)     b = (0, −kp, −kv)
+//! velocity   g = (kv, 0, 0)     b = (0, 0, −kv)
+//! damper     g = (0, 0, −kv)    b = 0
+//! ```
+//! All kinds share one set of default values, on which each element of a class, and then the actuator, writes; the law of force of one
+//! kind is not a default for another, unless that is `general`. A positive b₂ of a position
+//! servo is a damping ratio ζ: b₂ = −2 ζ √(kp m), with m = 1 / (J M⁻¹ Jᵀ), J = dl/dν, at the reference configuration.
+
+use super::defaults::MAIN;
+use super::tendon::Lengths;
+use super::{Mj, word};
+use crate::read::Cx;
+use crate::xml::Element;
+use crate::{Actuator, Description, Device, DeviceKind, Length, Term};
+use std::collections::BTreeMap;
+
+/// Elements of actuators that are read.
+pub(super) const ACTUATORS: [&str; 5] = ["general", "motor", "position", "velocity", "damper"];
+
+/// Values of an actuator.
+#[derive(Clone)]
+struct Values<'e> {
+    /// The kind that wrote the law of force last.
+    kind: &'e str,
+    gain_affine: bool,
+    gain: [f64; 3],
+    bias_affine: bool,
+    bias: [f64; 3],
+    gear: f64,
+    control: ([f64; 2], Option<bool>),
+    force: ([f64; 2], Option<bool>),
+    /// Share of the joint's range that is the range of the control; 0: the control has its own.
+    inherit: f64,
+    /// Why it is not read.
+    beyond: Option<&'e str>,
+}
+
+impl Default for Values<'_> {
+    fn default() -> Self {
+        Self {
+            kind: "general",
+            gain_affine: false,
+            gain: [1.0, 0.0, 0.0],
+            bias_affine: false,
+            bias: [0.0; 3],
+            gear: 1.0,
+            control: ([0.0; 2], None),
+            force: ([0.0; 2], None),
+            inherit: 0.0,
+            beyond: None,
+        }
+    }
+}
+
+/// Attributes that say what an actuator acts on, and whether that is read.
+const TRANSMISSIONS: [(&str, Option<&str>); 6] = [
+    ("joint", None),
+    ("jointinparent", None),
+    ("tendon", None),
+    (
+        "site",
+        Some("`site`: it acts on a site; use a wrench on a node, such as `flight.vector_thrust`"),
+    ),
+    ("cranksite", Some("`cranksite`: it acts through a crank; model the crank as a loop")),
+    ("body", Some("`body`: it acts on a body")),
+];
+
+impl<'e> Mj<'e> {
+    /// All actuators.
+    pub(super) fn actuators(
+        &self,
+        cx: &mut Cx<'_>,
+        root: &'e Element,
+        lengths: &Lengths<'e>,
+        d: &mut Description,
+    ) {
+        let mut count = 0;
+        for e in root.all("actuator").flat_map(|list| &list.children) {
+            count += 1;
+            if !ACTUATORS.contains(&e.name.as_str()) {
+                continue;
+            }
+            let name = e.attr("name").map_or(format!("{}{count}", e.name), str::to_owned);
+            let what = format!("actuator `{name}`");
+            e.touch();
+            let class = self.class_of(cx, e, "class", MAIN);
+            let (mut values, mut levels) = (Values::default(), Vec::new());
+            for level in self.classes.actuators(class) {
+                level.iter().for_each(|one| values.write(cx, one, &what, &levels));
+                levels.push(values.clone());
+            }
+            values.write(cx, e, &what, &levels);
+            match self.acts_on(cx, e, &what, lengths, &values) {
+                Ok(Some(length)) => {
+                    let actuator = self.actuator(cx, (e, &what), &values, length, lengths, d);
+                    d.devices.push(Device { name, kind: DeviceKind::Actuator(actuator) });
+                }
+                Ok(None) => {} // a fault says why
+                Err(why) => {
+                    e.touch_all();
+                    cx.ignored.push(e.ignored(&what, format!("an actuator is not read: {why}")));
+                }
+            }
+        }
+        self.limit_forces(cx, root, d);
+    }
+
+    /// The length that an actuator acts along before its gear; `None` after a fault.
+    fn acts_on(
+        &self,
+        cx: &mut Cx<'_>,
+        e: &'e Element,
+        what: &str,
+        lengths: &Lengths<'e>,
+        values: &Values<'e>,
+    ) -> Result<Option<Length>, String> {
+        let on = TRANSMISSIONS.iter().filter_map(|(k, not)| Some((*k, e.attr(k)?, *not)));
+        let Some((key, target, not)) = on.last() else {
+            cx.missing(e, what, "`joint` or `tendon`", "name what it acts on");
+            return Ok(None);
+        };
+        if let Some(why) = not.or(values.beyond) {
+            return Err(why.into());
+        }
+        if key != "tendon" {
+            return match self.joints.get(target) {
+                Some(j) if !j.scalar => Err("it acts on a ball or free joint".into()),
+                _ => {
+                    let sum = self.joint_sum(cx, target, e.place_of(key), what, lengths);
+                    Ok(sum.map(|s| Length::Joints(s.terms)))
+                }
+            };
+        }
+        match lengths.tendon(target) {
+            Some(length) => Ok(Some(length)),
+            None if lengths.unread.contains(target) => {
+                Err(format!("its tendon `{target}` is not read"))
+            }
+            None => {
+                cx.unknown(e.place_of(key), what, "tendon", target, lengths.names());
+                Ok(None)
+            }
+        }
+    }
+
+    fn actuator(
+        &self,
+        cx: &mut Cx<'_>,
+        (e, what): (&'e Element, &str),
+        values: &Values<'e>,
+        length: Length,
+        lengths: &Lengths<'e>,
+        d: &Description,
+    ) -> Actuator {
+        let servo = !values.gain_affine && values.bias_affine && values.bias[1] == -values.gain[0];
+        let limits = (servo && values.inherit > 0.0).then(|| bounds(&length, d)).flatten();
+        let length = length.geared(values.gear);
+        let mut range = |key: &str, (pair, limited): ([f64; 2], Option<bool>)| {
+            let holds = limited.unwrap_or(self.settings.autolimits && pair != [0.0; 2]);
+            if holds && !(pair[0] < pair[1]) {
+                let text = format!("{} {}", pair[0], pair[1]);
+                let help = "write the lower number first";
+                cx.bad(e.place_of(key), &format!("{what}: `{key}`"), &text, "a range", help);
+                return None;
+            }
+            holds.then_some(pair)
+        };
+        let mut control = range("ctrlrange", values.control);
+        let force = range("forcerange", values.force);
+        if let Some([lower, upper]) = limits {
+            let (middle, half) = (0.5 * (lower + upper), 0.5 * values.inherit * (upper - lower));
+            control = Some([middle - half, middle + half]);
+        }
+        let zero = [0.0; 3];
+        let mut bias = if values.bias_affine { values.bias } else { zero };
+        let gain = match values.gain_affine {
+            true => values.gain,
+            false => [values.gain[0], 0.0, 0.0],
+        };
+        if servo && bias[2] > 0.0 {
+            match lengths.inertia(&length, d) {
+                Some(mass) => bias[2] *= -2.0 * (gain[0] * mass).sqrt(),
+                None => {
+                    let note = "attribute dampratio: the mass matrix cannot be inverted";
+                    cx.ignored.push(e.ignored(what, note));
+                    bias[2] = 0.0;
+                }
+            }
+        }
+        Actuator { length, gain, bias, control, force }
+    }
+
+    /// `actuatorfrcrange` of a joint bounds the sum of all actuators: of a single one that acts on nothing else, its force.
+    fn limit_forces(&self, cx: &mut Cx<'_>, root: &Element, d: &mut Description) {
+        let mut efforts: BTreeMap<(String, usize), f64> = BTreeMap::new();
+        for b in d.builder.bodies() {
+            for (k, s) in
+                b.hinge.subhinges.iter().enumerate().filter(|(_, s)| s.limits.effort.is_finite())
+            {
+                efforts.insert((b.name.clone(), k), s.limits.effort);
+            }
+        }
+        let key = |t: &Term| (t.coordinate.body.clone(), t.coordinate.subhinge);
+        let mut acting: BTreeMap<(String, usize), Vec<usize>> = BTreeMap::new();
+        for (k, device) in d.devices.iter().enumerate() {
+            if let DeviceKind::Actuator(Actuator { length: Length::Joints(terms), .. }) =
+                &device.kind
+            {
+                terms.iter().for_each(|t| acting.entry(key(t)).or_default().push(k));
+            }
+        }
+        for (place, effort) in efforts {
+            let Some(on) = acting.get(&place) else { continue };
+            if let [one] = on[..]
+                && let DeviceKind::Actuator(a) = &mut d.devices[one].kind
+                && let Length::Joints(terms) = &a.length
+                && let [term] = &terms[..]
+                && term.factor != 0.0
+            {
+                let most = effort / term.factor.abs();
+                let [lower, upper] = a.force.unwrap_or([-most, most]);
+                a.force = Some([lower.clamp(-most, most), upper.clamp(-most, most)]);
+            } else {
+                let note = format!(
+                    "actuatorfrcrange of a joint of `{}` on which several actuators act: their sum is not bounded",
+                    place.0
+                );
+                cx.ignored.push(root.ignored("mujoco/actuator", note));
+            }
+        }
+    }
+}
+
+impl<'e> Values<'e> {
+    /// Writes the attributes of an element as its kind does; `levels` are the values of the classes around it, from the outermost.
+    fn write(&mut self, cx: &mut Cx<'_>, e: &'e Element, what: &str, levels: &[Self]) {
+        let number = |cx: &mut Cx<'_>, name: &str| cx.number(e, name, what);
+        let kind = e.name.as_str();
+        if kind != "general" {
+            // The law of one kind is not a default for another: that of an outer class is taken.
+            let fits = |l: &Self| match l.kind {
+                "general" => kind == "damper" || !l.gain_affine,
+                other => other == kind,
+            };
+            if !fits(self) {
+                let outer = levels.iter().rev().find(|l| fits(l)).cloned().unwrap_or_default();
+                (self.gain_affine, self.gain) = (outer.gain_affine, outer.gain);
+                (self.bias_affine, self.bias) = (outer.bias_affine, outer.bias);
+                self.beyond = outer.beyond;
+            }
+        }
+        self.kind = kind;
+        match kind {
+            "motor" => {
+                (self.gain_affine, self.gain) = (false, [1.0, 0.0, 0.0]);
+                (self.bias_affine, self.bias) = (false, [0.0; 3]);
+                self.beyond = None;
+            }
+            "position" => {
+                let kp = number(cx, "kp").unwrap_or(self.gain[0]);
+                (self.gain_affine, self.gain[0]) = (false, kp);
+                (self.bias_affine, self.bias) = (true, [0.0, -kp, self.bias[2]]);
+                self.bias[2] = number(cx, "kv").map_or(self.bias[2], |kv| -kv);
+                self.bias[2] = number(cx, "dampratio").unwrap_or(self.bias[2]);
+                if let Some(time) = number(cx, "timeconst") {
+                    self.beyond = (time != 0.0).then_some("its `timeconst` is an activation state");
+                }
+            }
+            "velocity" => {
+                let kv = number(cx, "kv").unwrap_or(self.gain[0]);
+                (self.gain_affine, self.gain) = (false, [kv, 0.0, 0.0]);
+                (self.bias_affine, self.bias) = (true, [0.0, 0.0, -kv]);
+                self.beyond = None;
+            }
+            "damper" => {
+                let own = if self.gain_affine { -self.gain[2] } else { 0.0 };
+                let kv = number(cx, "kv").unwrap_or(own);
+                (self.gain_affine, self.gain) = (true, [0.0, 0.0, -kv]);
+                (self.bias_affine, self.bias) = (false, [0.0; 3]);
+                self.beyond = None;
+            }
+            _ => self.general(cx, e, what),
+        }
+        self.inherit = number(cx, "inheritrange").unwrap_or(self.inherit);
+        let list = |cx: &mut Cx<'_>, name: &str, most| {
+            cx.parse_list(e.place_of(name), e.attr(name)?, &format!("{what}: `{name}`"), 1..=most)
+        };
+        if let Some(gear) = list(cx, "gear", 6) {
+            self.gear = gear[0];
+        }
+        let auto = [("true", Some(true)), ("false", Some(false)), ("auto", None)];
+        for (pair, key, limited) in [
+            (&mut self.control, "ctrlrange", "ctrllimited"),
+            (&mut self.force, "forcerange", "forcelimited"),
+        ] {
+            pair.0 = cx.numbers::<2>(e, key, what).unwrap_or(pair.0);
+            if let Some(text) = e.attr(limited) {
+                let flag =
+                    word(cx, e.place_of(limited), text, &format!("{what}: `{limited}`"), &auto);
+                pair.1 = flag.unwrap_or(pair.1);
+            }
+        }
+    }
+
+    /// The attributes of `<general>`.
+    fn general(&mut self, cx: &mut Cx<'_>, e: &'e Element, what: &str) {
+        let beyond = |kind: &str| !matches!(kind, "fixed" | "none" | "affine");
+        if let Some(kind) = e.attr("gaintype") {
+            self.gain_affine = kind == "affine";
+            self.beyond = if beyond(kind) {
+                Some("its `gaintype` is not fixed or affine")
+            } else {
+                self.beyond
+            };
+        }
+        if let Some(kind) = e.attr("biastype") {
+            self.bias_affine = kind == "affine";
+            self.beyond = if beyond(kind) {
+                Some("its `biastype` is not none or affine")
+            } else {
+                self.beyond
+            };
+        }
+        if let Some(kind) = e.attr("dyntype") {
+            self.beyond = if kind == "none" {
+                self.beyond
+            } else {
+                Some("its `dyntype` is an activation state")
+            };
+        }
+        for (own, key) in [(&mut self.gain, "gainprm"), (&mut self.bias, "biasprm")] {
+            let Some(text) = e.attr(key) else { continue };
+            let list = cx.parse_list(e.place_of(key), text, &format!("{what}: `{key}`"), 1..=10);
+            own.iter_mut().zip(list.unwrap_or_default()).for_each(|(own, x)| *own = x);
+        }
+    }
+}
+
+/// Bounds of the joint of a length, when it has them.
+fn bounds(length: &Length, d: &Description) -> Option<[f64; 2]> {
+    let Length::Joints(terms) = length else { return None };
+    let at = &terms.first()?.coordinate;
+    let body = d.builder.bodies().iter().find(|b| b.name == at.body)?;
+    let limits = body.hinge.subhinges.get(at.subhinge)?.limits;
+    (limits.lower.is_finite() && limits.upper.is_finite()).then_some([limits.lower, limits.upper])
+}

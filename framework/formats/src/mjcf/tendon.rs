@@ -1,0 +1,327 @@
+//! Tendons of an MJCF file.
+//!
+//! ```text
+//! fixed    L = Σ cᵢ qᵢ           spring at rest between the two `springlength`, or where all joint springs are at rest
+//! spatial  L = Σ |pₖ₊₁ − pₖ|      straight from site to site
+//! limits   k = m / (0.95 T)²,  d = 2 m / (0.95 T)         T = 0.02 s, m = 1 / (J M⁻¹ Jᵀ) at the reference configuration
+//! ```
+//! Limits have the stiffness of MuJoCo's default `solreflimit` for a single limit that is passed. Tendons around geoms and
+//! with pulleys are not read.
+
+use super::defaults::MAIN;
+use super::spring::{Moving, moving};
+use super::{Classed, Mj};
+use crate::error::FilePlace;
+use crate::read::Cx;
+use crate::xml::Element;
+use crate::{Description, Device, DeviceFrame, DeviceKind, Length, Tendon, Term};
+use linkwork_multibody::{BodyId, BodySpec, HingeCoordinate, Multibody};
+use linkwork_spatial::Vec3;
+use linkwork_spatial::nalgebra::{Cholesky, DVector};
+use std::cell::OnceCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Σ cᵢ qᵢ with its value at the reference configuration.
+#[derive(Clone)]
+pub(super) struct Sum {
+    pub terms: Vec<Term>,
+    pub reference: f64,
+}
+
+/// The lengths that equalities, actuators and sensors may name.
+pub(super) struct Lengths<'e> {
+    /// The coordinate of each joint that has one.
+    coordinates: BTreeMap<String, HingeCoordinate>,
+    /// Fixed tendons.
+    pub tendons: BTreeMap<&'e str, Sum>,
+    /// Sites of spatial tendons.
+    lines: BTreeMap<&'e str, Vec<DeviceFrame>>,
+    /// Names of spatial tendons that are not read.
+    pub unread: BTreeSet<&'e str>,
+    /// Bodies that stand for sites of the world.
+    anchors: BTreeMap<&'e str, String>,
+    /// The mechanism at the reference configuration, when somebody asked for it.
+    moving: OnceCell<Option<(Multibody, Moving)>>,
+}
+
+/// Time constant (s) and greatest impedance of MuJoCo's limits, when nothing is written.
+const LIMIT: [f64; 2] = [0.02, 0.95];
+
+impl Lengths<'_> {
+    /// The coordinate of a joint.
+    pub fn coordinate(&self, joint: &str) -> Option<&HingeCoordinate> {
+        self.coordinates.get(joint)
+    }
+
+    /// The length of a tendon.
+    pub fn tendon(&self, name: &str) -> Option<Length> {
+        let fixed = self.tendons.get(name).map(|sum| Length::Joints(sum.terms.clone()));
+        let line = || Some(Length::Line { gear: 1.0, sites: self.lines.get(name)?.clone() });
+        fixed.or_else(line)
+    }
+
+    /// Names of all tendons.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.tendons.keys().chain(self.lines.keys()).copied()
+    }
+
+    fn moving(&self, d: &Description) -> Option<&(Multibody, Moving)> {
+        let make = || {
+            let mbs = d.builder.build().ok()?;
+            let moving = moving(&mbs, &d.configuration(&mbs))?;
+            Some((mbs, moving))
+        };
+        self.moving.get_or_init(make).as_ref()
+    }
+
+    /// 1 / (J M⁻¹ Jᵀ).
+    pub fn inertia(&self, length: &Length, d: &Description) -> Option<f64> {
+        let (mbs, moving) = self.moving(d)?;
+        let J = jacobian(length, mbs, moving)?;
+        let moved = Cholesky::new(moving.M.clone())?.solve(&J);
+        Some(1.0 / J.dot(&moved)).filter(|m| m.is_finite())
+    }
+}
+
+/// The body of a site and its place in the world.
+fn place(
+    f: &DeviceFrame,
+    mbs: &Multibody,
+    poses: &[linkwork_spatial::Pose],
+) -> Option<(BodyId, Vec3)> {
+    match f {
+        DeviceFrame::Body(b) => mbs.body(b).map(|b| (b, poses[b.index()].position)),
+        DeviceFrame::Node(n) => {
+            let node = mbs.get_node(mbs.node(n)?);
+            Some((node.body(), poses[node.body().index()].transform_point(&node.pose().position)))
+        }
+    }
+}
+
+/// dl/dν at the configuration of `moving`.
+fn jacobian(length: &Length, mbs: &Multibody, moving: &Moving) -> Option<DVector<f64>> {
+    let mut J = DVector::zeros(moving.M.nrows());
+    match length {
+        Length::Joints(terms) => {
+            for t in terms {
+                let body = mbs.body(&t.coordinate.body)?;
+                let rate = mbs.get(body).subhinges().get(t.coordinate.subhinge)?.v.start;
+                J[rate] += t.factor;
+            }
+        }
+        Length::Line { gear, sites } => {
+            let places: Option<Vec<_>> =
+                sites.iter().map(|f| place(f, mbs, &moving.poses)).collect();
+            for pair in places?.windows(2) {
+                let step = pair[1].1 - pair[0].1;
+                let direction = if step.norm() > 0.0 { step.normalize() } else { step };
+                for (sign, (body, p)) in [(-gear, pair[0]), (*gear, pair[1])] {
+                    for k in mbs.ancestors(body).flat_map(|a| mbs.get(a).v()) {
+                        let w: Vec3 = moving.columns.fixed_view::<3, 1>(0, k).into_owned();
+                        let v: Vec3 = moving.columns.fixed_view::<3, 1>(3, k).into_owned();
+                        J[k] += sign * direction.dot(&(v + w.cross(&p)));
+                    }
+                }
+            }
+        }
+    }
+    Some(J)
+}
+
+impl<'e> Mj<'e> {
+    /// Reads all tendons as lengths and devices.
+    pub(super) fn tendons(
+        &self,
+        cx: &mut Cx<'_>,
+        root: &'e Element,
+        d: &mut Description,
+    ) -> Lengths<'e> {
+        let own = d.coordinates().into_iter().map(|(name, at)| (name.to_owned(), at));
+        let mut lengths = Lengths {
+            coordinates: own.collect(),
+            tendons: BTreeMap::new(),
+            lines: BTreeMap::new(),
+            unread: BTreeSet::new(),
+            anchors: BTreeMap::new(),
+            moving: OnceCell::new(),
+        };
+        let springs: BTreeMap<String, f64> =
+            d.joints.iter().map(|j| (j.name.clone(), j.spring_reference)).collect();
+        for (k, e) in root.all("tendon").flat_map(|l| &l.children).enumerate() {
+            if !matches!(e.name.as_str(), "fixed" | "spatial") {
+                continue; // listed with everything that was not used
+            }
+            let name = e.attr("name");
+            let label = name.map_or(format!("tendon{}", k + 1), str::to_owned);
+            let what = format!("tendon `{label}`");
+            let (length, rest) = match e.name.as_str() {
+                "fixed" => {
+                    let (sum, rest) = self.sum(cx, e, &what, &springs, &lengths);
+                    lengths.tendons.extend(name.map(|n| (n, sum.clone())));
+                    (Length::Joints(sum.terms), rest)
+                }
+                "spatial" => {
+                    let Some(sites) = self.line(cx, e, &what, &mut lengths, d) else {
+                        lengths.unread.extend(name);
+                        continue;
+                    };
+                    lengths.lines.extend(name.map(|n| (n, sites.clone())));
+                    let rest = rest_of_line(&sites, d).unwrap_or(0.0);
+                    (Length::Line { gear: 1.0, sites }, rest)
+                }
+                _ => continue,
+            };
+            let tendon = self.tendon(cx, e, &what, (length, rest), &lengths, d);
+            d.devices.push(Device { name: label, kind: DeviceKind::Tendon(tendon) });
+        }
+        lengths
+    }
+
+    /// The sum of a fixed tendon, and its value where the springs of all joints are at rest.
+    fn sum(
+        &self,
+        cx: &mut Cx<'_>,
+        e: &'e Element,
+        what: &str,
+        springs: &BTreeMap<String, f64>,
+        lengths: &Lengths<'e>,
+    ) -> (Sum, f64) {
+        e.touch();
+        if e.all("joint").next().is_none() {
+            cx.missing(e, what, "<joint>", "write <joint joint=\"..\" coef=\"..\"/>");
+        }
+        let mut sum = Sum { terms: Vec::new(), reference: 0.0 };
+        let mut rest = 0.0;
+        for j in e.all("joint") {
+            let coefficient = cx.number(j, "coef", what);
+            let Some(joint) = cx.required(j, "joint", what) else { continue };
+            let one = self.joint_sum(cx, joint, j.place_of("joint"), what, lengths);
+            let Some((one, c)) = one.zip(coefficient) else { continue };
+            sum.reference += c * one.reference;
+            rest += c * springs.get(joint).copied().unwrap_or(0.0);
+            sum.terms.extend(one.terms.into_iter().map(|t| Term { factor: c, ..t }));
+        }
+        (sum, rest)
+    }
+
+    /// The sites of a spatial tendon; `None`, and a fault or a note, for one that is not read.
+    fn line(
+        &self,
+        cx: &mut Cx<'_>,
+        e: &'e Element,
+        what: &str,
+        lengths: &mut Lengths<'e>,
+        d: &mut Description,
+    ) -> Option<Vec<DeviceFrame>> {
+        if let Some(other) = e.children.iter().find(|c| c.name != "site") {
+            e.touch_all();
+            let note = format!("a spatial tendon with a <{}>", other.name);
+            cx.ignored.push(other.ignored(what, note));
+            return None;
+        }
+        e.touch();
+        let mut sites = Vec::new();
+        for s in e.all("site") {
+            let name = cx.required(s, "site", what)?;
+            let Some(site) = self.sites.get(name) else {
+                let names = self.sites.keys().copied();
+                cx.unknown(s.place_of("site"), what, "site", name, names);
+                return None;
+            };
+            if site.body != "world" {
+                sites.push(DeviceFrame::Node(name.into()));
+                continue;
+            }
+            let body = lengths.anchors.entry(name).or_insert_with(|| {
+                let mut body = name.to_owned();
+                while self.elements.contains_key(&body) {
+                    body.push('_');
+                }
+                let anchor = BodySpec::new(&body, "world").hinge_in_parent(site.pose);
+                d.builder.body(anchor);
+                body
+            });
+            sites.push(DeviceFrame::Body(body.clone()));
+        }
+        if sites.len() < 2 {
+            cx.missing(e, what, "two sites", "write <site site=\"..\"/> at least twice");
+            return None;
+        }
+        Some(sites)
+    }
+
+    /// Spring, damper and limits of a tendon.
+    fn tendon(
+        &self,
+        cx: &mut Cx<'_>,
+        e: &'e Element,
+        what: &str,
+        (length, rest): (Length, f64),
+        lengths: &Lengths<'e>,
+        d: &Description,
+    ) -> Tendon {
+        let at = Classed { kind: "tendon", ..self.classed(cx, e, MAIN) };
+        let spring = self.attr(at, "springlength").and_then(|(text, place)| {
+            cx.parse_list(place, text, &format!("{what}: `springlength`"), 1..=2)
+        });
+        let rest = match spring.as_deref() {
+            None | Some([-1.0] | [-1.0, -1.0]) => [rest; 2],
+            Some([one]) => [*one; 2],
+            Some(two) => [two[0], two[1]],
+        };
+        if rest[0] > rest[1] {
+            let (text, place) = self.attr(at, "springlength").unwrap_or(("", e.place()));
+            let help = "write the shorter length first";
+            cx.bad(place, &format!("{what}: `springlength`"), text, "two lengths in order", help);
+        }
+        let stiffness = self.size(cx, at, "stiffness", what);
+        let damping = self.size(cx, at, "damping", what);
+        let range = self.range(cx, at, ("limited", "range"), what);
+        let mut limit = [0.0; 2];
+        if range.is_some() && cx.faults.is_empty() {
+            let [time, impedance] = LIMIT;
+            match lengths.inertia(&length, d) {
+                Some(m) => limit = [m / (impedance * time).powi(2), 2.0 * m / (impedance * time)],
+                None => {
+                    let note = "attribute range: the mass matrix cannot be inverted, so the limits have no force";
+                    cx.ignored.push(e.ignored(what, note));
+                }
+            }
+        }
+        Tendon { length, stiffness, rest, damping, range, limit }
+    }
+
+    /// q of one joint.
+    pub(super) fn joint_sum(
+        &self,
+        cx: &mut Cx<'_>,
+        name: &str,
+        place: FilePlace,
+        what: &str,
+        lengths: &Lengths<'e>,
+    ) -> Option<Sum> {
+        let found = self.joints.get(name).filter(|j| j.scalar).zip(lengths.coordinate(name));
+        if found.is_none() {
+            let all = self.joints.iter().filter(|(_, j)| j.scalar).map(|(n, _)| n.as_str());
+            cx.unknown(place, what, "hinge or slide joint", name, all);
+        }
+        let (joint, coordinate) = found?;
+        let coordinate = coordinate.clone();
+        Some(Sum { terms: vec![Term { coordinate, factor: 1.0 }], reference: joint.reference })
+    }
+}
+
+/// The length of a line where the springs of all joints are at rest.
+fn rest_of_line(sites: &[DeviceFrame], d: &Description) -> Option<f64> {
+    let mbs = d.builder.build().ok()?;
+    let mut q = d.configuration(&mbs);
+    for j in d.joints.iter().filter(|j| j.count == 1) {
+        let range = &mbs.get(mbs.body(&j.body)?).subhinges().get(j.subhinge)?.q;
+        if range.len() == 1 {
+            q[range.start] = j.spring_reference;
+        }
+    }
+    let poses = mbs.body_poses(&q);
+    let places: Option<Vec<_>> = sites.iter().map(|f| place(f, &mbs, &poses)).collect();
+    Some(places?.windows(2).map(|p| (p[1].1 - p[0].1).norm()).sum())
+}
