@@ -2,7 +2,7 @@
 //! `#[field]`.
 //!
 //! They turn plain structs into lanes with names, units and documentation, and they read from
-//! the *signatures* of a model's functions what depends on what (ARCHITECTURE.md, law 3).
+//! the *signatures* of a model's functions what depends on what (ARCHITECTURE.md, rule 3).
 
 mod field;
 mod lanes;

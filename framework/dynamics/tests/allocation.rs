@@ -1,4 +1,4 @@
-//! No algorithm allocates after set-up (law 9): counted by the global allocator.
+//! No algorithm allocates after set-up (rule 9 of ARCHITECTURE.md): counted by the global allocator.
 
 use crate::support::{Shape, random_tree};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge};

@@ -6,7 +6,7 @@
 //! at each tick:   calls due → watcher → rows of the taps → checkpoint due → stop? → step
 //! ```
 //! What a row shows is therefore what a call has set, and a checkpoint comes after the rows of its
-//! tick. Nothing in the loop but the step and the calls changes the state (law 6).
+//! tick. Nothing in the loop but the step and the calls changes the state (rule 6 of ARCHITECTURE.md).
 //!
 //! | module | what it holds |
 //! |---|---|

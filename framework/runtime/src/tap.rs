@@ -1,7 +1,7 @@
 //! Taps: rows of chosen variables, copied at their own periods to a consumer in its own thread.
 //!
-//! A tap reads the state and never writes it (law 6). The ring is bounded, so nothing grows
-//! (law 12). What a slow consumer costs is said where the tap is started: a log makes the run
+//! A tap reads the state and never writes it (rule 6 of ARCHITECTURE.md). The ring is bounded, so nothing grows
+//! (rule 12 of ARCHITECTURE.md). What a slow consumer costs is said where the tap is started: a log makes the run
 //! wait and loses nothing; a viewer makes it wait a little in all, and then loses rows, which are
 //! counted.
 use crate::rows::{Group, Kept, Rows, Sink, TapRow};

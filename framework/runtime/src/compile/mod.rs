@@ -4,7 +4,7 @@
 //! services → models (parameters) → lanes → wires and bindings → one driver per input →
 //! reductions → variability → order (or the loop, wire by wire) → tick base and table → plan
 //! ```
-//! Nothing depends on the order of the specification: parts are taken by path (law 6).
+//! Nothing depends on the order of the specification: parts are taken by path (rule 6 of ARCHITECTURE.md).
 
 mod arrivals;
 mod bindings;
