@@ -151,7 +151,7 @@ mod tests {
         let mut y = vec![9.0; 3 * LOAD];
         line.load(&u, 2.0, &mut y);
         let loads: Vec<Wrench> = y.chunks_exact(LOAD).map(Wrench::get).collect();
-        let power: f64 = loads.iter().zip(rates).map(|(f, v)| f.force.dot(&v.into())).sum();
+        let power: f64 = loads.iter().zip(rates).map(|(f, v)| f.force.dot(&Vec3::from(v))).sum();
         assert!((power - 2.0 * v).abs() < 1e-14, "{power} {v}");
         assert!(loads.iter().map(|f| f.force).sum::<Vec3>().norm() < 1e-15);
         // The first site is pushed away from the second by a force that lengthens the line.
