@@ -301,7 +301,7 @@ KERNEL_DATE = @2020-JAN-01
             }
         }
         assert_eq!(pck.radii(401), Some([13_000.0, 11_400.0, 9_100.0]));
-        assert_eq!(pck.gravity_parameter(499), Some(4.282_837_362_069_909e13));
+        assert_eq!(pck.gravity_parameter(499), Some(4.282_837_362_069_909e4 * 1e9));
     }
 
     #[test]
