@@ -3,8 +3,7 @@
 //! deflection  ξ̇ = w + (ρ − 1) min(w·ξ̂, 0) ξ̂ − ξ |u|/(L − T|u|)      (less what slides beyond 3 L)
 //!             ρ = ρ₀ max(1, |ξ|/K),  w = (u − v_x, −v_y),  u = r ω,  L = r (θ_f − θ_r)/2
 //! slip        s = (ξ_x + T (u − v_x))/L,   v_y/u = −(ξ_y − T v_y)/L
-//! rolling     ṁ = (ρ_m w − m |w|)/L,  w = (u + v_x)/2     |m|: share of the rolling shape, sign: front
-//!             ρ_m = ρ₀ where m w < 0, else 1
+//! rolling     ṁ = (w − m |w|)/L,  w = (u + v_x)/2         |m|: share of the rolling shape, sign: front
 //! normal      N = F_z(z) − k_u (z_u − z)₊, times (1 + d ż)₊
 //! press       ż_u = (z − z_u)₊/τ − 8 (z_u − z)₊ |w|/L
 //! ```
@@ -12,8 +11,7 @@
 //! stress integrals. At rest ξ is a displacement: below Mohr-Coulomb's limit the soil holds a parked wheel exactly; T damps
 //! it. Sheared back it unloads ρ times as stiffly as it was loaded, so of the work of shearing it gives back 1/ρ₀ at most:
 //! over any closed path at rest Σ F·dx is a loss. The footprint of a wheel set down is symmetric
-//! (m = 0) and takes the rolling shape over half its length. Rolled back it loses the shape ρ₀ times as fast, so that
-//! the force of the shape gives back 1/ρ₀ of its work at most and a wheel that nothing drives comes to rest; no force depends on the sign of a small
+//! (m = 0) and takes the rolling shape over half its length; no force depends on the sign of a small
 //! speed, which would shake a parked wheel. `z` is the penetration into the undeformed
 //! surface along its normal, `z_u` the deepest press under the wheel: unloading is stiff
 //! (Wong's k_u), and forgotten as the wheel rolls on to new ground.
@@ -291,9 +289,7 @@ impl SoilContact {
             xi_y: shear[1] - forget * state.xi_y,
             pressed: (f.first - state.pressed).max(0.0) / FOLLOW
                 - (state.pressed - f.first).max(0.0) * FORGET * f.travel.abs() / f.length,
-            rolled: (f.travel * if m * f.travel < 0.0 { self.shear_unloading } else { 1.0 }
-                - m * f.travel.abs())
-                / f.length,
+            rolled: (f.travel - m * f.travel.abs()) / f.length,
         };
         slide_beyond(state, &mut rate, f.length);
         rate

@@ -171,63 +171,6 @@ fn closed_paths_at_rest_only_cost_work() {
     }
 }
 
-/// A wheel that coasts on soil comes to rest. It rocked in its footprint by 17 mm, and had lost half of that after 10 s, because the force of the
-/// footprint's shape gave its work back.
-#[test]
-fn a_wheel_that_nothing_drives_comes_to_rest() {
-    let plane = |_: f64, _: f64| Some((0.0, Vec3::z()));
-    let (mass, inertia, dt) = (25.0, 0.8, 1e-4);
-    let (mut p, mut v, mut spin) = (Vec3::new(0.0, 0.0, 0.25), Vec3::x() * 0.3, 1.2);
-    let mut state = SoilState::default();
-    let mut after: Vec<f64> = Vec::new();
-    for k in 0..60_000 {
-        let hub = Hub { position: p, axle: Vec3::y(), velocity: v, angular: Vec3::y() * spin };
-        let (load, rate) = contact().evaluate(&lunar(), &hub, &state, &plane, None);
-        state.xi_x += rate.xi_x * dt;
-        state.pressed += rate.pressed * dt;
-        state.rolled += rate.rolled * dt;
-        v += (load.force / mass - Vec3::z() * GRAVITY) * dt;
-        v.y = 0.0;
-        spin += load.moment.y / inertia * dt;
-        p += v * dt;
-        if k >= 40_000 {
-            after.push(p.x);
-        }
-    }
-    let least = after.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = after.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    println!("between 4 and 6 s from {least} to {most} m, v {v}, spin {spin}");
-    assert!(least > 0.05 && most - least < 1e-4, "{least} {most}");
-}
-
-/// A wheel that is rolled to and fro about where it stands: each round costs work, however far it goes.
-#[test]
-fn rolling_to_and_fro_only_costs_work() {
-    let plane = |_: f64, _: f64| Some((0.0, Vec3::z()));
-    for size in [0.002, 0.01, 0.03, 0.1] {
-        let (mut state, dt) = (SoilState::default(), 2e-4);
-        for round in 0..4 {
-            let mut sum = 0.0;
-            for k in 0..5000 {
-                let w = std::f64::consts::TAU;
-                let speed = size * w * (w * f64::from(k) * dt).cos();
-                let hub = Hub {
-                    position: Vec3::new(0.0, 0.0, 0.235),
-                    axle: Vec3::y(),
-                    velocity: Vec3::x() * speed,
-                    angular: Vec3::y() * (speed / 0.25),
-                };
-                let (load, rate) = contact().evaluate(&lunar(), &hub, &state, &plane, None);
-                state.xi_x += rate.xi_x * dt;
-                state.pressed += rate.pressed * dt;
-                state.rolled += rate.rolled * dt;
-                sum += load.power * dt;
-            }
-            assert!(sum > 0.0, "{size} m, round {round}: {sum} J");
-        }
-    }
-}
-
 #[test]
 fn a_slope_beyond_the_soils_strength_is_not_held() {
     let slope = 45f64.to_radians();
