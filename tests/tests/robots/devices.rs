@@ -93,8 +93,8 @@ fn an_arm_with_actuators_and_tendons_moves_as_in_mujoco() {
         sim.run_until(Seconds { num: k as u64 + 1, den: 2 }).unwrap();
         let one = |name: &str| sim.get(name).unwrap_or_else(|e| panic!("{name}: {e}"));
         let three = |name: &str| ["x", "y", "z"].map(|c| one(&format!("{name}.{c}")));
-        let mut found = vec![one("upper.angle"), one("q.angle"), one("tip.position")];
-        found.extend([one("upper.rate"), one("v.rate"), one("tip.rate")]);
+        let mut found = vec![one("upper.angle"), one("q.angle"), one("tip.displacement")];
+        found.extend([one("upper.rate"), one("v.rate"), one("tip.speed")]);
         found.extend(three("w.rate"));
         found.extend(three("a.force"));
         found.extend(three("vel.body_velocity"));
