@@ -263,7 +263,7 @@ impl<'a> ReadCx<'a> {
                         "`{}`: required parameter `{}` is missing ({}{unit})",
                         self.path,
                         spec.name,
-                        crate::doc::first_sentence(spec.doc)
+                        crate::doc::first_sentence(spec.doc).trim_end_matches('.')
                     );
                     self.fault(map.origin, message, Some(format!("write `{}: …`", spec.name)));
                     None
