@@ -6,6 +6,7 @@ mod balloon;
 mod capsule_landing;
 mod cases;
 mod check_cases;
+mod dave_files;
 mod descent;
 mod entry;
 mod ephemeris;
