@@ -1,5 +1,6 @@
 //! `summary.json`, and what is said at the end of a run.
 use linkwork_runner::{Balances, Ended, Figures, Realtime};
+use linkwork_runtime::doc::number;
 use linkwork_runtime::{RunError, Seconds, Simulation};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -203,7 +204,9 @@ fn balances(all: &Balances) {
             false => "nothing to check".to_string(),
         };
         say!("balance of {name}: up to {} {unit} carried by a part, {left}", number(carried));
-        for (kind, amount) in report.totals.iter().filter(|(_, amount)| **amount != 0.0) {
+        // Amounts at the level of round-off are left out.
+        let counts = |amount: f64| amount.abs() > 1e-12 * carried;
+        for (kind, amount) in report.totals.iter().filter(|(_, amount)| counts(**amount)) {
             let what = match (*kind, report.not_counted.is_empty()) {
                 ("not counted", false) => format!("{kind}: {}", report.not_counted.join(", ")),
                 _ => (*kind).to_string(),
@@ -216,35 +219,4 @@ fn balances(all: &Balances) {
 /// Two digits or whole numbers.
 fn factor(x: f64) -> String {
     if x < 10.0 { format!("{x:.2}") } else { format!("{x:.0}") }
-}
-
-/// Six digits, without trailing zeros.
-fn number(v: f64) -> String {
-    if v == 0.0 || (1e-3..1e6).contains(&v.abs()) {
-        let digits = (5 - v.abs().max(1e-3).log10().floor() as i32).clamp(0, 8) as usize;
-        let text = format!("{v:.digits$}");
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').to_string()
-        } else {
-            text
-        }
-    } else {
-        format!("{v:.4e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn numbers_are_short() {
-        for (v, text) in [
-            (0.0, "0"),
-            (1.5, "1.5"),
-            (123.456_789, "123.457"),
-            (1e9, "1.0000e9"),
-            (-0.25, "-0.25"),
-        ] {
-            assert_eq!(super::number(v), text);
-        }
-    }
 }

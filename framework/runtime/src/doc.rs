@@ -1,4 +1,4 @@
-//! Documentation texts of models, parameters and ports: the parts of them that lists and messages show.
+//! Texts for people: the parts of documentation that lists and messages show, and numbers as people write them.
 
 /// The first paragraph of a text in one line.
 #[must_use]
@@ -18,9 +18,37 @@ pub fn first_sentence(doc: &str) -> String {
     text[..end.unwrap_or(text.len())].to_string()
 }
 
+/// A number with six digits and without trailing zeros: `-33.1549`, `0.00900651`, with a power of ten below 1e-3 and from 1e6.
+#[must_use]
+pub fn number(v: f64) -> String {
+    if v != 0.0 && !(1e-3..1e6).contains(&v.abs()) {
+        return format!("{v:.4e}");
+    }
+    let digits = (5 - v.abs().max(1e-3).log10().floor() as i32).clamp(0, 8) as usize;
+    let text = format!("{v:.digits$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_string(),
+        false => text,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (v, text) in [
+            (0.0, "0"),
+            (1.5, "1.5"),
+            (123.456_789, "123.457"),
+            (1e9, "1.0000e9"),
+            (-0.25, "-0.25"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(number(v), text);
+        }
+    }
 
     #[test]
     fn sentences_and_paragraphs_go_over_lines_and_end() {

@@ -1,6 +1,7 @@
 //! The report of the balances of a run.
 use super::Balance;
 use linkwork_runtime::balance::{Kind, Quantity};
+use linkwork_runtime::doc::number;
 use linkwork_runtime::{Account, Fault};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -168,12 +169,15 @@ impl Balance {
                 |part: &Part| part.is_open() && part.residual.is_some_and(|r| r.abs() > least);
             for (path, part) in report.parts.iter().filter(|(_, part)| open(part)) {
                 let unit = report.unit;
-                let terms: Vec<String> =
-                    part.terms.iter().map(|(name, y)| format!("{name} {y:.4e} {unit}")).collect();
+                let terms: Vec<String> = part
+                    .terms
+                    .iter()
+                    .map(|(name, y)| format!("{name} {} {unit}", number(*y)))
+                    .collect();
                 let fact = format!(
-                    "the balance of {name} of `{path}` is not closed: {:.3e} {unit} are left of {:.3e} {unit} ({})",
-                    part.residual.unwrap_or(f64::NAN),
-                    part.carried,
+                    "the balance of {name} of `{path}` is not closed: {} {unit} are left of {} {unit} ({})",
+                    number(part.residual.unwrap_or(f64::NAN)),
+                    number(part.carried),
                     terms.join(", ")
                 );
                 let help = "take a shorter `step` or smaller tolerances in `accuracy`; if it stays, the model loses or makes it. `balance: false` switches balances off";

@@ -4,6 +4,7 @@ use super::plan::{MechanismPart, RollingOn};
 use super::ports::MechanismPorts;
 use crate::block::Prototype;
 use crate::compile::{Bound, Host, Lowering};
+use crate::doc::number;
 use crate::model::BuildError;
 use crate::ports::PortKind;
 use crate::scenery::Scenery;
@@ -239,8 +240,9 @@ fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> O
     // Below the ground of any site.
     if r.norm() < 0.99 * polar {
         return fault(format!(
-            "body `{body}` starts {:.6e} m from the centre of the central body, whose radius is {polar:.6e} m",
-            r.norm()
+            "body `{body}` starts {} km from the centre of the central body, whose radius is {} km",
+            number(1e-3 * r.norm()),
+            number(1e-3 * polar)
         ));
     }
     if matches!(s.start, Start::State { .. } | Start::Geodetic { .. }) {
@@ -254,7 +256,9 @@ fn through_the_body(world: &dyn World, s: &BodyStart, (p, v): (Vec3, Vec3)) -> O
         return None;
     }
     fault(format!(
-        "body `{body}` starts on an orbit whose pericentre is {pericentre:.6e} m from the centre of the central body, whose radius is {polar:.6e} m"
+        "body `{body}` starts on an orbit whose pericentre is {} km from the centre of the central body, whose radius is {} km",
+        number(1e-3 * pericentre),
+        number(1e-3 * polar)
     ))
 }
 

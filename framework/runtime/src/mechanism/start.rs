@@ -1,5 +1,6 @@
 //! Why a start cannot be closed, in words: which values do not fit together, and what would.
 use super::plan::MechanismPlan;
+use crate::doc::number;
 use crate::value::{Fault, Origin};
 use linkwork_multibody::BodyId;
 use linkwork_solvers::{ROUNDED, StartError};
@@ -18,7 +19,7 @@ impl MechanismPlan {
         let fault = |fact: String, help: &str| Fault::new(at_constraint, fact).help(help);
         let Some(nearest) = &e.nearest else {
             let fact =
-                format!("{name} does not close: an error of {:.3e} ({unit}) is left", e.left);
+                format!("{name} does not close: an error of {} ({unit}) is left", number(e.left));
             let help = match m.body_ids().any(kept) {
                 false => {
                     "start nearer to a closed configuration, or check lengths, frames and prescribed hinges"
@@ -63,8 +64,8 @@ impl MechanismPlan {
         };
         let what = if e.rates { "rates" } else { "coordinates" };
         let fact = format!(
-            "the {what} that are written for the start do not fit {name}: it is off by {:.3e} ({unit}) with {}; the nearest that fit are {}",
-            e.left,
+            "the {what} that are written for the start do not fit {name}: it is off by {} ({unit}) with {}; the nearest that fit are {}",
+            number(e.left),
             list(given),
             list(nearest)
         );
