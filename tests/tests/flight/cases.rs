@@ -471,7 +471,7 @@ fn an_orbit_through_the_central_body_is_a_warning() {
     );
     // The pericentre of a (1 − e) = 6300 km lies 57 km below the pole.
     let through = orbit("\"9000 km\"", 0.3, "180 deg");
-    assert!(through.contains("pericentre is 6.300000e6 m"), "{through}");
+    assert!(through.contains("pericentre is 6300 km"), "{through}");
     for fine in [orbit("\"9000 km\"", 0.29, "180 deg"), orbit("\"-9000 km\"", 1.8, "0 deg")] {
         assert!(!fine.contains("pericentre"), "{fine}");
     }
