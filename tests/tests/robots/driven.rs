@@ -1,27 +1,10 @@
 //! Ball hinges driven by ports (`actuators.ball_drive`), and surfaces whose velocity a port drives (`actuators.belt`): closed forms, MuJoCo, and what
 //! is rejected.
+use super::loads::{GRAVITY, near, sim, three, until};
 use crate::common;
-use linkwork_runtime::{Seconds, Simulation};
+use linkwork_runtime::Simulation;
 
-fn sim(text: &str) -> Simulation {
-    common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"))
-}
-
-const GRAVITY: &str = r#""Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] })"#;
 const SUPPLY: &str = r#""Supply": (model: "power.ideal_supply", params: { "voltage": 24 }), "Zero": (model: "basics.constant", params: { "value": 0 })"#;
-
-fn until(sim: &mut Simulation, t: f64) {
-    sim.run_until(Seconds::from_decimal(t).unwrap()).unwrap();
-}
-
-fn three(sim: &Simulation, stem: &str) -> [f64; 3] {
-    ["x", "y", "z"].map(|c| sim.get(&format!("{stem}.{c}")).unwrap())
-}
-
-#[track_caller]
-fn near(a: f64, b: f64, tolerance: f64) {
-    assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
-}
 
 /// A body on a ball at its centre of mass, turned by `angle` about an axis, with a drive of these parameters.
 fn turned(axis: usize, angle: f64, params: &str, more: &str) -> Simulation {

@@ -4,22 +4,22 @@
 use crate::common;
 use linkwork_runtime::{Seconds, Simulation};
 
-fn sim(text: &str) -> Simulation {
+pub(super) fn sim(text: &str) -> Simulation {
     common::scene(text, &[]).unwrap_or_else(|e| panic!("{e}"))
 }
 
-const GRAVITY: &str = r#""Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] })"#;
+pub(super) const GRAVITY: &str = r#""Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, -9.81] })"#;
 
-fn until(sim: &mut Simulation, t: f64) {
+pub(super) fn until(sim: &mut Simulation, t: f64) {
     sim.run_until(Seconds::from_decimal(t).unwrap()).unwrap();
 }
 
-fn three(sim: &Simulation, stem: &str) -> [f64; 3] {
+pub(super) fn three(sim: &Simulation, stem: &str) -> [f64; 3] {
     ["x", "y", "z"].map(|c| sim.get(&format!("{stem}.{c}")).unwrap())
 }
 
 #[track_caller]
-fn near(a: f64, b: f64, tolerance: f64) {
+pub(super) fn near(a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance, "{a} is not {b} within {tolerance}");
 }
 

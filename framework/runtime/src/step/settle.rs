@@ -14,6 +14,7 @@ use super::{State, Work, blocks_of, initial, show};
 use crate::block::{Evaluation, Now};
 use crate::plan::{Plan, SettledStart};
 use linkwork_integrate::System;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// A run of which some velocities stay zero.
@@ -168,7 +169,8 @@ fn relax(plan: &Plan, v: &Range<usize>, free: &[&[usize]], h: f64) -> Option<End
     let (linear, stage) = (None, None);
     let (began, pins) = (0.0, None);
     let run = Running { plan, blocks, d, sig, now, began, pins, number, linear, stage };
-    let held: Vec<usize> = v.clone().filter(|k| !free.iter().any(|f| f.contains(k))).collect();
+    let moving: BTreeSet<usize> = free.iter().flat_map(|f| f.iter().copied()).collect();
+    let held: Vec<usize> = v.clone().filter(|k| !moving.contains(k)).collect();
     let mut system = Held { run, held: held.clone() };
     let x = &mut state.x;
     held.iter().for_each(|&k| x[k] = 0.0);
