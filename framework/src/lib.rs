@@ -53,15 +53,15 @@
 //! #[model("example.pendulum")]
 //! impl Model for Pendulum {
 //!     type Params = Rod;
-//!     type Ym = Swing;
-//!     type X = Swing;
+//!     type Outputs = Swing;
+//!     type State = Swing;
 //!     fn init_x(&self) -> Swing {
 //!         Swing { angle: 0.1, rate: 0.0 }
 //!     }
-//!     fn moore(&self, _: &Clock, x: &Swing) -> Swing {
+//!     fn outputs(&self, x: &Swing) -> Swing {
 //!         *x
 //!     }
-//!     fn deriv(&self, _: &Clock, x: &Swing) -> Swing {
+//!     fn derivatives(&self, x: &Swing) -> Swing {
 //!         Swing { angle: x.rate, rate: -9.81 / self.p.length * x.angle.sin() }
 //!     }
 //! }
