@@ -5,6 +5,7 @@
 use crate::text::parsed::Once;
 use crate::text::reader::{Reader, Stop, blank};
 use crate::text::report::Cx;
+use crate::text::scalar::lower;
 use linkwork_runtime::{Located, Origin};
 use ron::value::RawValue;
 use std::sync::{Arc, OnceLock};
@@ -96,11 +97,6 @@ fn not_read(cx: &mut Cx, file: u32, text: &str, stop: Stop) {
     };
     let start = offset(text, error.span.start.line, error.span.start.col);
     cx.fault(at(start), message, help);
-}
-
-pub(super) fn lower(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or(String::new(), |c| c.to_lowercase().chain(chars).collect())
 }
 
 fn offset(text: &str, line: usize, column: usize) -> usize {

@@ -2,8 +2,7 @@
 //!
 //! It accepts the part of RON that files of Linkwork use: no attributes (`#![enable(..)]`) and no raw names (`r#name`). Tokens with
 //! escapes, bases or suffixes are read by `ron`.
-use crate::text::parse::lower;
-use crate::text::scalar::scalar;
+use crate::text::scalar::{lower, scalar};
 use linkwork_runtime::{Located, Origin, Value};
 use std::collections::BTreeMap;
 

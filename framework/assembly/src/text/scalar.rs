@@ -17,6 +17,12 @@ pub(crate) fn scalar(token: &str) -> Result<Value, String> {
     }
 }
 
+/// A message of `ron` within a sentence.
+pub(super) fn lower(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or(String::new(), |c| c.to_lowercase().chain(chars).collect())
+}
+
 struct Scalar;
 
 impl Visitor<'_> for Scalar {
