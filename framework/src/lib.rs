@@ -20,7 +20,7 @@
 //! | [`render`] | cameras and lidar: rays, lenses, images, depth, stereo |
 //! | [`assembly`] | RON and the builder: files → one flat specification, all faults at once |
 //! | [`record`] | logs, reading them back, comparison, plots |
-//! | [`runner`] | a run from file to end: load, taps, the time loop, checkpoints, stopping |
+//! | [`runner`] | a run from file to end: load, recorders, the time loop, checkpoints, stopping |
 //!
 //! A model and a run, in one page: a pendulum as a model of its own (for mechanisms with bodies and
 //! hinges see [`runtime::MechanismSpec`] and `assembly`).

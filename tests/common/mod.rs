@@ -1,8 +1,8 @@
 //! The rover of `sims/rover_traverse`, and small scenes with it, loaded as the command line does; files of the
 //! reference data, and what flights are compared by.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
-use linkwork_assembly::{Failure, Loaded, Options, Settings, load_file, load_text, put_down};
-use linkwork_runner::{Ended, Figures, Goal, Pause, Runner, Watch, prepare};
+use linkwork_assembly::{Failure, Loaded, Options, Settings, load_file, load_text, place_machines};
+use linkwork_runner::{Ended, Goal, Metrics, Pause, Runner, Watch, prepare};
 use linkwork_runtime::{Catalogue, Entry, Files, Program, Seconds, Simulation};
 use linkwork_spatial::nalgebra::Quaternion;
 use linkwork_spatial::{Quat, Vec3};
@@ -26,7 +26,7 @@ pub fn finish(loaded: Result<Loaded, Failure>, catalogue: &Catalogue) -> Result<
     let loaded = loaded.map_err(|f| f.render(false))?;
     let mut program = loaded.compile(catalogue, &Files::default()).map_err(|f| format!("{f:?}"))?;
     let plan = Arc::get_mut(&mut program.phases[0].plan).ok_or("the plan is shared")?;
-    put_down(plan, &loaded.simulation.place).map_err(|f| format!("{f:?}"))?;
+    place_machines(plan, &loaded.simulation.place).map_err(|f| format!("{f:?}"))?;
     Ok(program)
 }
 
@@ -52,11 +52,11 @@ impl Watch for Unwatched {
     fn tick(&mut self, _: &Simulation) {}
 }
 
-/// What a simulation of the repository says of itself at its end: its figures, in their units.
+/// What a simulation of the repository says of itself at its end: its metrics, in their units.
 ///
 /// # Errors
 /// What its file does not permit; a run that fails.
-pub fn figures(path: &str, set: &[&str]) -> Result<BTreeMap<String, f64>, String> {
+pub fn metrics(path: &str, set: &[&str]) -> Result<BTreeMap<String, f64>, String> {
     let catalogue = catalogue();
     let file = linkwork_tests::root().join("sims").join(path).join("sim.ron");
     figured(load_file(file, &options(&catalogue, set)), &catalogue)
@@ -65,8 +65,8 @@ pub fn figures(path: &str, set: &[&str]) -> Result<BTreeMap<String, f64>, String
 /// The same of a text.
 ///
 /// # Errors
-/// As [`figures`].
-pub fn figures_of(text: &str) -> Result<BTreeMap<String, f64>, String> {
+/// As [`metrics`].
+pub fn metrics_of(text: &str) -> Result<BTreeMap<String, f64>, String> {
     let catalogue = catalogue();
     figured(load_text("scene.ron", text, &options(&catalogue, &[])), &catalogue)
 }
@@ -94,12 +94,12 @@ fn figured(
     let mut goal = Goal { until, stop_when, ..Goal::default() };
     let sim = Simulation::of(Arc::new(program));
     let mut runner = Runner::new(sim, Unwatched);
-    runner.figure(prepared.figures, None)?;
+    runner.metric(prepared.metrics, None)?;
     match runner.go(&mut goal, u64::MAX) {
         Pause::Ended(Ended::Goal | Ended::StopWhen) => {}
         other => return Err(format!("{other:?}")),
     }
-    let results = runner.figures().into_iter().flat_map(Figures::results);
+    let results = runner.metrics().into_iter().flat_map(Metrics::results);
     Ok(results.map(|(name, value, _)| (name.to_string(), value)).collect())
 }
 

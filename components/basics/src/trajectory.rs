@@ -25,7 +25,7 @@ pub enum Gives {
 
 /// How a profile goes from row to row.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum Interpolation {
     /// As suits what the rows give: positions smooth, rates and accelerations straight.
     Usual,
     /// Without a jump up to the acceleration.
@@ -57,7 +57,7 @@ pub struct NextRow {
 /// A profile as its parameters say, or why there is none.
 fn profile(
     rows: &Rows,
-    (gives, way): (Gives, Way),
+    (gives, way): (Gives, Interpolation),
     (start, start_rate): (Option<f64>, Option<f64>),
     units: [&str; 3],
 ) -> Result<Profile, BuildError> {
@@ -80,20 +80,24 @@ fn profile(
         Err(BuildError::new(fact).help(format!("write one of: {words}")).at("between"))
     };
     match (gives, way) {
-        (Gives::Position, Way::Usual | Way::Smooth) => {
+        (Gives::Position, Interpolation::Usual | Interpolation::Smooth) => {
             Ok(Profile::of_positions(&rows.rows, Between::Smooth))
         }
-        (Gives::Position, Way::Stops) => Ok(Profile::of_positions(&rows.rows, Between::Stops)),
+        (Gives::Position, Interpolation::Stops) => {
+            Ok(Profile::of_positions(&rows.rows, Between::Stops))
+        }
         (Gives::Position, _) => impossible("smooth, stops"),
-        (Gives::Rate, Way::Usual | Way::Straight) => {
+        (Gives::Rate, Interpolation::Usual | Interpolation::Straight) => {
             Ok(Profile::of_rates(&rows.rows, Between::Straight, start))
         }
-        (Gives::Rate, Way::Smooth) => Ok(Profile::of_rates(&rows.rows, Between::Smooth, start)),
+        (Gives::Rate, Interpolation::Smooth) => {
+            Ok(Profile::of_rates(&rows.rows, Between::Smooth, start))
+        }
         (Gives::Rate, _) => impossible("straight, smooth"),
-        (Gives::Acceleration, Way::Usual | Way::Straight) => {
+        (Gives::Acceleration, Interpolation::Usual | Interpolation::Straight) => {
             Ok(Profile::of_accelerations(&rows.rows, Between::Straight, (start, start_rate)))
         }
-        (Gives::Acceleration, Way::Hold) => {
+        (Gives::Acceleration, Interpolation::Hold) => {
             Ok(Profile::of_accelerations(&rows.rows, Between::Hold, (start, start_rate)))
         }
         (Gives::Acceleration, _) => impossible("straight, hold"),
@@ -187,8 +191,8 @@ macro_rules! trajectory {
             pub gives: Gives,
             /// How the profile goes from row to row; positions: smooth or stops, rates: straight or smooth,
             /// accelerations: straight or hold.
-            #[param(default = Way::Usual)]
-            pub between: Way,
+            #[param(default = Interpolation::Usual)]
+            pub between: Interpolation,
             /// Of rates and accelerations: the position at the first row; 0 when not written.
             #[param(unit = $u0)]
             pub start: Option<f64>,

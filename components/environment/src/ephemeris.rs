@@ -3,7 +3,7 @@
 //! ```text
 //! s(t) = r_body − r_centre at TDB(epoch) + t, ICRF, geometric          within `span` by a table, beyond it by the source itself
 //! ```
-//! Beyond what the source covers there is no answer, and the service says so by its `trouble`.
+//! Beyond what the source covers there is no answer, and the service says so by its `failure`.
 
 use crate::world::{WorldParams, fault};
 use linkwork_runtime::prelude::*;
@@ -154,7 +154,7 @@ impl Course {
     }
 
     /// Why there is no answer at t (s): what the source covers, and what to do.
-    pub fn trouble(&self, t: f64) -> Option<BuildError> {
+    pub fn failure(&self, t: f64) -> Option<BuildError> {
         self.is_beyond(t).then(|| self.told(t))
     }
 

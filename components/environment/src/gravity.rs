@@ -137,8 +137,8 @@ impl Gravity for SphericalHarmonics {
         let others = self.pullers.iter().map(|k| k.scale(self.world.planet.site.as_ref(), t, &r));
         others.fold(own, f64::min)
     }
-    fn trouble(&self, t: f64) -> Option<BuildError> {
-        self.pullers.iter().find_map(|k| k.trouble(t))
+    fn failure(&self, t: f64) -> Option<BuildError> {
+        self.pullers.iter().find_map(|k| k.failure(t))
     }
     fn axes(&self) -> Axes {
         self.world.planet.axes()

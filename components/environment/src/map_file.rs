@@ -114,7 +114,7 @@ impl OpenMap {
             OpenMap::Whole(field) => Ok(field.ground(x, y).map(|g| g.0)),
             OpenMap::Tiles(tiles) => {
                 let h = tiles.ground(x, y).map(|g| g.0);
-                tiles.trouble().map_or(Ok(h), |e| Err(e.clone()))
+                tiles.failure().map_or(Ok(h), |e| Err(e.clone()))
             }
             OpenMap::Rows(..) => Err(TileError::Source("rows have an order".into())),
         }

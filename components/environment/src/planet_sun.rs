@@ -42,8 +42,8 @@ impl Sun for EphemerisSun {
     fn light(&self, t: f64, p: &Vec3) -> Light {
         self.world.light(t, p, &self.place(t))
     }
-    fn trouble(&self, t: f64) -> Option<BuildError> {
-        self.course.trouble(t)
+    fn failure(&self, t: f64) -> Option<BuildError> {
+        self.course.failure(t)
     }
 }
 

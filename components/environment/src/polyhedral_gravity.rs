@@ -113,8 +113,8 @@ impl Gravity for PolyhedralGravity {
         let site = self.world.planet.site.as_ref();
         Some(self.pullers.iter().fold(own, |a, k| a + k.gradient(site, t, &r)))
     }
-    fn trouble(&self, t: f64) -> Option<BuildError> {
-        self.pullers.iter().find_map(|k| k.trouble(t))
+    fn failure(&self, t: f64) -> Option<BuildError> {
+        self.pullers.iter().find_map(|k| k.failure(t))
     }
     fn axes(&self) -> Axes {
         self.world.planet.axes()
@@ -317,7 +317,7 @@ mod tests {
             let g = all.gradient(t, p).unwrap() - alone.gradient(t, p).unwrap();
             assert!((g * p - have).norm() < 1e-6 * have.norm());
         }
-        assert!(all.trouble(0.0).is_none() && all.trouble(4e9).is_some());
+        assert!(all.failure(0.0).is_none() && all.failure(4e9).is_some());
     }
 
     /// A shape of the Earth's mass is the Earth, and needs no orbit.

@@ -230,9 +230,9 @@ impl Puller {
     }
 
     /// Why there is no answer at t (s).
-    pub fn trouble(&self, t: f64) -> Option<BuildError> {
+    pub fn failure(&self, t: f64) -> Option<BuildError> {
         match &self.way {
-            Way::Course(course) | Way::Around(Some(course), _) => course.trouble(t),
+            Way::Course(course) | Way::Around(Some(course), _) => course.failure(t),
             Way::Around(None, _) => None,
         }
     }

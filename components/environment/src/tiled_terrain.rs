@@ -74,7 +74,7 @@ impl Service for TiledTerrain {
             tiles = tiles.centred();
         }
         let zero = if p.level { tiles.ground(0.0, 0.0).map_or(0.0, |g| g.0) } else { 0.0 };
-        if let Some(e) = tiles.trouble() {
+        if let Some(e) = tiles.failure() {
             return Err(fault(e.clone()));
         }
         let tiles = tiles.scaled(zero, p.exaggeration);
@@ -119,7 +119,7 @@ impl Terrain for TiledTerrain {
                 .help("write `region: (x_min, y_min, x_max, y_max)` at the terrain: the part that colliders, cameras and lidars meet")
         })
     }
-    fn trouble(&self, _: f64) -> Option<BuildError> {
-        self.tiles.trouble().map(|e| told(&self.file, e))
+    fn failure(&self, _: f64) -> Option<BuildError> {
+        self.tiles.failure().map(|e| told(&self.file, e))
     }
 }

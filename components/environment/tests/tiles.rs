@@ -31,11 +31,11 @@ fn mutations_are_read_or_told() {
             let f = f64::from(k) / 49.0;
             let (x, y) = (x0 + f * (x1 - x0), y0 + f * (y1 - y0));
             let answer = tiles.ground(x, y);
-            if tiles.trouble().is_none() {
+            if tiles.failure().is_none() {
                 assert_eq!(answer, field.ground(x, y));
             }
         }
-        tiles.trouble().is_none()
+        tiles.failure().is_none()
     });
 }
 
@@ -113,7 +113,7 @@ fn ten_thousand_million_nodes_open_at_once_and_take_bounded_memory() {
         let f = f64::from(k) / 99_999.0;
         let there = 99_999.0 * f;
         let answer = tiles.ground(there, 99_999.0 - there);
-        assert!(answer.is_some(), "{f} {:?}", tiles.trouble());
+        assert!(answer.is_some(), "{f} {:?}", tiles.failure());
         if k % 16 == 0 {
             tiles.ground(256.0 * 100.0, there).unwrap();
         }

@@ -15,8 +15,8 @@
 
 use crate::arm::{Arm, Hand, InertiaCheck, Load, Memory, RobotFile};
 use crate::moves::{Move, Path, Reference};
-use crate::programme::{Follower, Met, Place, look};
-use crate::tracking::{Now, norm};
+use crate::programme::{Follower, MoveProgress, Place, look};
+use crate::tracking::{TrackingSample, norm};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
 
@@ -203,7 +203,7 @@ impl ArmController {
     }
 
     /// The wanted pose, and how far the tip is from it; `None` for joints that are no numbers.
-    fn now(&self, d: &Progress, m: &mut Memory) -> Option<Now> {
+    fn now(&self, d: &Progress, m: &mut Memory) -> Option<TrackingSample> {
         let (X, V) = self.arm.tip(m, 0)?;
         let from = Pose::new(d.rotation, d.position);
         let wanted = match (d.begun, d.done || d.failed) {
@@ -211,11 +211,11 @@ impl ArmController {
             (true, true) => Reference::still(from),
             (true, false) => self.step(d).path.seen(&d.seen).at(&from, d.elapsed),
         };
-        Some(Now::new(wanted, &X, &V))
+        Some(TrackingSample::new(wanted, &X, &V))
     }
 
     /// Torques into `m.tau`; returns the force that a compliant tip pushes with (N), or `None` in a singular pose.
-    fn torques(&self, d: &Progress, m: &mut Memory, now: &Now) -> Option<f64> {
+    fn torques(&self, d: &Progress, m: &mut Memory, now: &TrackingSample) -> Option<f64> {
         let step = self.step(d);
         let Memory { robot, task, v, tau, q, M, .. } = m;
         let compliance = task.compliance(robot).ok()?;
@@ -370,7 +370,7 @@ impl SizedModel for ArmController {
                 })
             });
             let deep = gone.zip(step.depth).is_some_and(|(gone, depth)| gone >= depth);
-            let met = Met {
+            let met = MoveProgress {
                 duration: step.path.duration(),
                 near: norm(&now.e[3..]) <= self.p.tolerance
                     && norm(&now.e[..3]) <= self.p.tolerance_angle,

@@ -117,7 +117,7 @@ pub struct Cutting {
     p: CuttingParams,
 }
 
-/// Way of the bit seen from the work's node, and its rate, work axes.
+/// HandMotion of the bit seen from the work's node, and its rate, work axes.
 fn seen(u: &CuttingIn) -> (Vec3, Vec3) {
     let R = u.work.rotation.inverse();
     let r = u.bit.position - u.work.position;

@@ -19,8 +19,8 @@ use crate::arm_controller::{JointIn, JointOut, damping};
 use crate::dual_moves::{Track, Tracks};
 use crate::dual_ports::{DualArmOut, DualArmParams, DualProgress};
 use crate::moves::{Reference, short};
-use crate::programme::{Follower, Met, Place, look};
-use crate::tracking::{Now, norm};
+use crate::programme::{Follower, MoveProgress, Place, look};
+use crate::tracking::{TrackingSample, norm};
 use linkwork_embedded::Balance;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Pose;
@@ -55,14 +55,14 @@ type Tip = (Pose, [f64; 6]);
 /// What moves, at one sample. In a box it would be memory taken at each sample.
 #[allow(clippy::large_enum_variant)]
 enum Moving {
-    Apart([Now; 2]),
-    Together(Now),
+    Apart([TrackingSample; 2]),
+    Together(TrackingSample),
 }
 
 impl Moving {
     /// Greatest distance, and greatest angle, from where it is to be.
     fn errors(&self) -> [f64; 2] {
-        let of = |now: &Now| [norm(&now.e[3..]), norm(&now.e[..3])];
+        let of = |now: &TrackingSample| [norm(&now.e[3..]), norm(&now.e[..3])];
         match self {
             Moving::Together(now) => of(now),
             Moving::Apart([l, r]) => {
@@ -165,11 +165,11 @@ impl DualArmController {
         match &self.step(d).tracks {
             Tracks::Apart(tracks) => Moving::Apart([0, 1].map(|k| {
                 let (X, V) = &tips[k];
-                Now::new(wanted(&tracks[k], d.tips()[k], *X), X, V)
+                TrackingSample::new(wanted(&tracks[k], d.tips()[k], *X), X, V)
             })),
             Tracks::Together(track, _) => {
                 let (X, V) = mean(tips, in_hands);
-                Moving::Together(Now::new(wanted(track, d.object(), X), &X, &V))
+                Moving::Together(TrackingSample::new(wanted(track, d.object(), X), &X, &V))
             }
         }
     }
@@ -232,7 +232,12 @@ impl DualArmController {
     }
 
     /// Shares the load of what both hold, and presses it: changes `m.tau`.
-    fn grip(&self, step: &Step, m: &mut Memory, (now, push): (&Now, &[f64; 6])) -> Option<Grip> {
+    fn grip(
+        &self,
+        step: &Step,
+        m: &mut Memory,
+        (now, push): (&TrackingSample, &[f64; 6]),
+    ) -> Option<Grip> {
         let Tracks::Together(track, _) = &step.tracks else { return Some(Grip::default()) };
         let load = track.load?;
         let object = *self.arm.loads.get(load)?;
@@ -440,7 +445,7 @@ impl SizedModel for DualArmController {
             let moving = self.moving(&p, &tips, &in_hands);
             let felt = self.felt(step, &mut m, (&tips, &moving));
             let [error, error_angle] = moving.errors();
-            let met = Met {
+            let met = MoveProgress {
                 duration: step.duration,
                 near: error <= self.p.tolerance && error_angle <= self.p.tolerance_angle,
                 arrive: step.arrive,

@@ -1,7 +1,7 @@
 //! Tests of the controller of two arms: statics of what both hold, closed loop of both hands apart, refusals.
 use super::*;
 use crate::arm::{InertiaCheck, Load, RobotFile};
-use crate::dual_moves::{DualMove, Way};
+use crate::dual_moves::{DualMove, HandMotion};
 use linkwork_embedded::Robot;
 use linkwork_spatial::nalgebra::{DMatrix, DVector};
 
@@ -24,8 +24,8 @@ fn still(name: &str, duration: f64) -> DualMove {
     DualMove { name, duration, left, right, both, frame, squeeze: 0.0, arrive: true }
 }
 
-fn way() -> Way {
-    Way {
+fn way() -> HandMotion {
+    HandMotion {
         position: None,
         rpy: None,
         turn: None,
@@ -41,7 +41,7 @@ fn way() -> Way {
 }
 
 fn hold(duration: f64, squeeze: f64) -> DualMove {
-    let both = Some(Way { holds: Some("beam".into()), ..way() });
+    let both = Some(HandMotion { holds: Some("beam".into()), ..way() });
     DualMove { both, squeeze, ..still("hold", duration) }
 }
 
@@ -206,7 +206,7 @@ fn hands_go_their_own_ways_apart() {
     let start = Plant::new(params(vec![still("a", 1.0)]));
     let ends = [Vec3::new(-0.05, 0.1, 0.1), Vec3::new(0.05, -0.05, -0.1)];
     let to = [0, 1].map(|k| tip(&start, k) + ends[k]);
-    let ways = to.map(|p| Some(Way { position: Some(p), ..way() }));
+    let ways = to.map(|p| Some(HandMotion { position: Some(p), ..way() }));
     let [left, right] = ways;
     let mut plant = Plant::new(params(vec![DualMove { left, right, ..still("apart", 0.6) }]));
     let mut worst = 0.0_f64;
@@ -243,21 +243,24 @@ fn what_two_arms_cannot_do_is_refused_before_the_run() {
         assert!(phrases.iter().all(|w| e.contains(w)), "{phrases:?} not in {e}");
     };
     let one = |m: DualMove| params(vec![m]);
-    let far = Some(Way { position: Some(Vec3::new(2.0, 0.0, 0.3)), ..way() });
+    let far = Some(HandMotion { position: Some(Vec3::new(2.0, 0.0, 0.3)), ..way() });
     refused(one(DualMove { right: far.clone(), ..still("far", 1.0) }), &["far", "out of reach"]);
-    let apart =
-        Some(Way { position: Some(Vec3::new(0.5, 1.0, 0.3)), holds: Some("beam".into()), ..way() });
+    let apart = Some(HandMotion {
+        position: Some(Vec3::new(0.5, 1.0, 0.3)),
+        holds: Some("beam".into()),
+        ..way()
+    });
     refused(one(DualMove { both: apart, ..still("aside", 1.0) }), &["aside", "out of reach"]);
     refused(one(DualMove { left: far, ..hold(1.0, 0.0) }), &["together", "by itself"]);
     refused(one(DualMove { both: Some(way()), ..still("a", 1.0) }), &["hold nothing"]);
     refused(one(DualMove { squeeze: 3.0, ..still("a", 1.0) }), &["squeezes", "no load"]);
-    let brik = Some(Way { holds: Some("brik".into()), ..way() });
+    let brik = Some(HandMotion { holds: Some("brik".into()), ..way() });
     refused(one(DualMove { left: brik, ..still("a", 1.0) }), &["brik", "no load"]);
-    let cup = Some(Way { holds: Some("cup".into()), ..way() });
+    let cup = Some(HandMotion { holds: Some("cup".into()), ..way() });
     let twice = DualMove { left: cup.clone(), right: cup, ..still("a", 1.0) };
     refused(one(twice), &["same load"]);
     refused(params(Vec::new()), &["no move"]);
-    let fast = Some(Way { position: Some(Vec3::new(0.3, 0.35, 0.3)), ..way() });
+    let fast = Some(HandMotion { position: Some(Vec3::new(0.3, 0.35, 0.3)), ..way() });
     refused(one(DualMove { left: fast, ..still("fast", 0.02) }), &["fast", "limit"]);
     let mut p = one(still("a", 1.0));
     p.ready.pop();

@@ -7,7 +7,7 @@ use linkwork_spatial::Pose;
 
 /// The way of a hand's tip, or of what both hold.
 #[derive(Params, Clone, Debug)]
-pub struct Way {
+pub struct HandMotion {
     /// Where it is to be at the end; unwritten: where it is.
     #[param(unit = "m", default = None)]
     pub position: Option<Vec3>,
@@ -54,13 +54,13 @@ pub struct DualMove {
     pub duration: f64,
     /// The left tip's way; unwritten: it stays, with its gripper open.
     #[param(default = None)]
-    pub left: Option<Way>,
+    pub left: Option<HandMotion>,
     /// The right tip's way; unwritten: it stays, with its gripper open.
     #[param(default = None)]
-    pub right: Option<Way>,
+    pub right: Option<HandMotion>,
     /// The way of what both hands hold between them: of the point halfway between the tips. `left` and `right` are unwritten then.
     #[param(default = None)]
-    pub both: Option<Way>,
+    pub both: Option<HandMotion>,
     /// work: ways are written in the frame of the work; base: in that of the base.
     #[param(default = Written::Work)]
     pub frame: Written,
@@ -113,7 +113,7 @@ impl Tracks {
         let fault = |fact: &str, help: &str| {
             Err(BuildError::new(format!("move `{}`: {fact}", m.name)).help(help).at("moves"))
         };
-        let track = |way: &Option<Way>| track(m, way.as_ref(), work, loads);
+        let track = |way: &Option<HandMotion>| track(m, way.as_ref(), work, loads);
         if m.both.is_some() {
             if m.left.is_some() || m.right.is_some() {
                 let help = "write `both`, or `left` and `right`";
@@ -139,7 +139,7 @@ impl Tracks {
 
 fn track(
     m: &DualMove,
-    way: Option<&Way>,
+    way: Option<&HandMotion>,
     work: &Pose,
     loads: &[Load],
 ) -> Result<Track, BuildError> {

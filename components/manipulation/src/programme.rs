@@ -22,7 +22,7 @@ pub struct Place {
 
 /// What has come about of a move at a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Met {
+pub struct MoveProgress {
     /// How long its motion takes, s.
     pub duration: f64,
     /// All that moves is near where it is to be.
@@ -38,7 +38,7 @@ pub struct Met {
 impl Place {
     /// One sample of `dt` s on, of so many moves; true when tips stand from now on where they are wanted at this sample:
     /// at the start, and when a move has ended or failed.
-    pub fn sample(&mut self, met: &Met, moves: usize, patience: f64, dt: f64) -> bool {
+    pub fn sample(&mut self, met: &MoveProgress, moves: usize, patience: f64, dt: f64) -> bool {
         // A rounding of sums of the sample is no time.
         let over = self.elapsed - met.duration + 1e-9 * dt;
         if !self.begun {
@@ -181,7 +181,7 @@ impl<'a> Follower<'a> {
         let effort = Effort { tolerances: [1e-6; 2], restarts, ..Effort::default() };
         let part = self.arm.chains[hand];
         self.robot
-            .reach(part, &Goal::pose(*X), Frame::World, &effort, &mut self.to)
+            .inverse_kinematics(part, &Goal::pose(*X), Frame::World, &effort, &mut self.to)
             .map_err(|e| fault(&e))
     }
 }

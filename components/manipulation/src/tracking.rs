@@ -11,7 +11,7 @@ use linkwork_spatial::{Motion, Pose, Vec3};
 
 /// Wanted and measured, at one sample: angular part first.
 #[derive(Clone, Copy, Debug)]
-pub struct Now {
+pub struct TrackingSample {
     /// The reference.
     pub wanted: Reference,
     /// e.
@@ -33,7 +33,7 @@ pub fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-impl Now {
+impl TrackingSample {
     /// Of a frame at `X` with velocity `V`.
     #[must_use]
     pub fn new(wanted: Reference, X: &Pose, V: &[f64; 6]) -> Self {

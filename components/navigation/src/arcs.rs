@@ -36,7 +36,7 @@ pub struct Arcs {
     pub step: f64,
     /// So far ahead the ground has to be known and free, m.
     pub near: f64,
-    /// Way out of a hazard, m.
+    /// PathCost out of a hazard, m.
     pub leave: f64,
     /// Share of obstacles in a vote, 0 … 1.
     pub share: f64,
@@ -93,7 +93,7 @@ pub struct Vote {
 }
 
 /// Where the rover is to go.
-pub struct Wish<'a> {
+pub struct DriveRequest<'a> {
     /// Cost to the goal from a point, m; ∞ where no way is.
     pub value: &'a dyn Fn([f64; 2]) -> f64,
     /// Heading of the way from the rover's place, rad.
@@ -182,7 +182,7 @@ struct End {
 impl Arcs {
     /// All moves, with their votes, in a fixed order: forwards and backwards from right to left, then the turn.
     #[must_use]
-    pub fn votes(&self, ground: &Ground, at: Place, wish: &Wish) -> Vec<Vote> {
+    pub fn votes(&self, ground: &Ground, at: Place, wish: &DriveRequest) -> Vec<Vote> {
         let curvature = |k: usize| {
             let side = 2.0 * k as f64 / (self.count.max(2) - 1) as f64 - 1.0;
             side * self.curvature_max
@@ -207,7 +207,7 @@ impl Arcs {
     }
 
     /// Where a move ends; `None` when it is shut.
-    fn end(&self, ground: &Ground, at: Place, wish: &Wish, mv: Move) -> Option<End> {
+    fn end(&self, ground: &Ground, at: Place, wish: &DriveRequest, mv: Move) -> Option<End> {
         let length = match mv {
             Move::Turn(angle) => angle.abs(),
             _ => self.length.min(wish.distance.max(self.step)),
@@ -218,7 +218,7 @@ impl Arcs {
     }
 
     /// `here`: the cost to the goal that the end's is compared with, m.
-    fn vote(&self, wish: &Wish, mv: Move, end: Option<End>, here: f64) -> Vote {
+    fn vote(&self, wish: &DriveRequest, mv: Move, end: Option<End>, here: f64) -> Vote {
         let shut = Vote { mv, obstacles: 0.0, goal: 0.0, total: 0.0 };
         let Some(End { sweep, place, left }) = end else { return shut };
         if !left.is_finite() {
@@ -246,7 +246,7 @@ impl Arcs {
     }
 
     /// The angle between the heading at the end of an arc and the way downhill in V from there, rad.
-    fn way_from(&self, wish: &Wish, [x, y, heading]: Place) -> f64 {
+    fn way_from(&self, wish: &DriveRequest, [x, y, heading]: Place) -> f64 {
         let h = 2.0 * self.step;
         let at = |dx: f64, dy: f64| (wish.value)([x + dx, y + dy]);
         let here = at(0.0, 0.0);

@@ -112,7 +112,7 @@ impl Region {
 
 /// What is known of the way to the goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Way {
+pub enum PathCost {
     /// There is one, of this cost: metres at a cost of 1.
     Found(f64),
     /// Obstacles shut the rover off from the goal.
@@ -248,8 +248,8 @@ impl Planner {
     }
 
     /// Makes all values right that are not larger than that of the rover's place (m) and `beyond` (metres at a cost of 1).
-    pub fn plan(&mut self, from: [f64; 2], beyond: f64) -> Way {
-        let Some(p) = self.region.inside(from) else { return Way::Outside };
+    pub fn plan(&mut self, from: [f64; 2], beyond: f64) -> PathCost {
+        let Some(p) = self.region.inside(from) else { return PathCost::Outside };
         let corners = self.corners(self.cell_of(p));
         let known = |s: &Self, n: usize| low(s.g[n], s.rhs[n]);
         // The rover's own value is not larger than that of the nearest corner and the way to it.
@@ -264,10 +264,10 @@ impl Planner {
         }
         let goal_is_free = self.at(self.cell_of(self.goal)).is_finite();
         match (goal_is_free, self.at(self.cell_of(p)).is_finite(), self.value(from)) {
-            (false, ..) => Way::GoalInObstacle,
-            (_, false, _) => Way::InObstacle,
-            (.., v) if v.is_finite() => Way::Found(v),
-            _ => Way::Closed,
+            (false, ..) => PathCost::GoalInObstacle,
+            (_, false, _) => PathCost::InObstacle,
+            (.., v) if v.is_finite() => PathCost::Found(v),
+            _ => PathCost::Closed,
         }
     }
 

@@ -70,7 +70,7 @@ pub struct PoseEstimatorParams {
     /// Time in which slip changes.
     #[param(unit = "s", default = 20.0, range = 1e-3..)]
     pub slip_time: f64,
-    /// Way that a turn by one radian counts as.
+    /// PathCost that a turn by one radian counts as.
     #[param(unit = "m", default = 1.5, range = 0.0..)]
     pub reach: f64,
     /// Standard deviation of the direction of the mean specific force.

@@ -9,9 +9,9 @@
 //! ```
 //! While no move is open it stands. A rover that has stopped for good, or has arrived, stays so until it is started anew.
 
-use crate::arcs::{Arcs, Move, Place, Vote, Wish, end_of};
+use crate::arcs::{Arcs, DriveRequest, Move, Place, Vote, end_of};
 use crate::assess::{Assessor, BEST, Patch};
-use crate::field_d_star::{Planner, Region, Way};
+use crate::field_d_star::{PathCost, Planner, Region};
 use crate::ground::{Disc, Ground, Sight};
 use crate::map::{Grid, TerrainMap};
 use crate::tiles::{Index, Tiles, middle_of};
@@ -291,7 +291,7 @@ impl Rover {
     }
 
     /// The way from here, in a region that is large enough for it; `None` when the goal has no place in one.
-    fn way(&self, judge: &Assessor, k: &mut Knowledge, from: [f64; 2]) -> Option<Way> {
+    fn way(&self, judge: &Assessor, k: &mut Knowledge, from: [f64; 2]) -> Option<PathCost> {
         let beyond = 2.0 * self.arcs.length * (1.0 + self.weight);
         loop {
             if let Some(planner) = &mut k.planner {
@@ -301,7 +301,7 @@ impl Rover {
                 let over = |a: [f64; 2]| (0..2).flat_map(move |k| [a[k] - low[k], high[k] - a[k]]);
                 let least = over(from).fold(f64::INFINITY, f64::min);
                 let most = over(from).zip(over(self.goal)).map(|(a, b)| a.min(b));
-                let close = least < 0.5 * self.margin || way == Way::Closed;
+                let close = least < 0.5 * self.margin || way == PathCost::Closed;
                 if !close || most.fold(f64::NEG_INFINITY, f64::max) >= GROWS * self.margin {
                     return Some(way);
                 }
@@ -375,11 +375,11 @@ impl Rover {
         };
         self.progress(judge, k, memory, way, here, time);
         let trouble = match way {
-            Way::Outside => Status::Outside,
-            Way::GoalInObstacle => Status::GoalInObstacle,
-            Way::InObstacle if k.trail.len() <= 1 => Status::StartInObstacle,
-            Way::Closed => Status::NoWay,
-            Way::Found(_) | Way::InObstacle => Status::NoMove,
+            PathCost::Outside => Status::Outside,
+            PathCost::GoalInObstacle => Status::GoalInObstacle,
+            PathCost::InObstacle if k.trail.len() <= 1 => Status::StartInObstacle,
+            PathCost::Closed => Status::NoWay,
+            PathCost::Found(_) | PathCost::InObstacle => Status::NoMove,
         };
         let open = self.open(judge, k, memory, way, pose.place, distance);
         let since = *memory.stands_since.get_or_insert(time);
@@ -407,12 +407,12 @@ impl Rover {
         judge: &Assessor,
         k: &Knowledge,
         memory: &Memory,
-        way: Way,
+        way: PathCost,
         place: Place,
         distance: f64,
     ) -> Option<Vote> {
         let planner = k.planner.as_ref()?;
-        if !matches!(way, Way::Found(_) | Way::InObstacle) {
+        if !matches!(way, PathCost::Found(_) | PathCost::InObstacle) {
             return None;
         }
         let ground = self.ground(judge, &k.patches);
@@ -421,7 +421,7 @@ impl Rover {
         let heading = if ahead == [x, y] { heading } else { (ahead[1] - y).atan2(ahead[0] - x) };
         let value = |p: [f64; 2]| planner.value(p);
         let last = memory.doing.filter(|_| memory.back_to.is_none());
-        let wish = Wish { value: &value, heading, distance, last };
+        let wish = DriveRequest { value: &value, heading, distance, last };
         let votes = self.arcs.votes(&ground, place, &wish);
         self.arcs.choose(&votes, last)
     }
@@ -433,7 +433,7 @@ impl Rover {
         judge: &Assessor,
         k: &mut Knowledge,
         memory: &mut Memory,
-        way: Way,
+        way: PathCost,
         place: Place,
         open: bool,
         stands: f64,
@@ -449,8 +449,8 @@ impl Rover {
             None if stands >= 0.25 * self.patience => {
                 // Whence a way leads on.
                 let some = match way {
-                    Way::Found(_) | Way::InObstacle => !k.trail.is_empty(),
-                    _ => way == Way::Closed && k.trail.places().any(|p| leads(k, p)),
+                    PathCost::Found(_) | PathCost::InObstacle => !k.trail.is_empty(),
+                    _ => way == PathCost::Closed && k.trail.places().any(|p| leads(k, p)),
                 };
                 if some {
                     self.fail(judge, k, memory, here);
@@ -472,13 +472,13 @@ impl Rover {
         judge: &Assessor,
         k: &mut Knowledge,
         memory: &mut Memory,
-        way: Way,
+        way: PathCost,
         here: [f64; 2],
         time: f64,
     ) {
         let Some(planner) = &k.planner else { return };
         let news = planner.value(memory.from) - memory.left;
-        memory.left = if let Way::Found(left) = way { left } else { f64::INFINITY };
+        memory.left = if let PathCost::Found(left) = way { left } else { f64::INFINITY };
         memory.from = here;
         let (least, when) = memory.nearest.get_or_insert((memory.left, time));
         if news.is_finite() {

@@ -35,13 +35,13 @@ pub use body::shapes::BodyShape;
 pub use expand::tree::{TreeKind, TreeNode};
 pub use form::assembly::{Assembly, ItemForm, MountDecl, PartForm, PartKind};
 pub use form::settings::{
-    AroundForm, ArrowForm, Figure, FigureOf, LineForm, LogRule, PlaceForm, Plot, PlumeForm,
+    AroundForm, ArrowForm, LineForm, LogRule, Metric, MetricOf, PlacementForm, Plot, PlumeForm,
     Settings, Take, ViewForm,
 };
 pub use linkwork_formats::{MESH_FILES, mesh_corners, mesh_corners_of};
 pub use linkwork_runtime::Value;
 pub use load::{
-    Loaded, Options, Resolved, dotted, load_file, load_text, put_down, read_value, schema,
+    Loaded, Options, Resolved, dotted, load_file, load_text, place_machines, read_value, schema,
 };
 pub use machine::convert::Converted;
 pub use machine::import::{Import, read_machine};

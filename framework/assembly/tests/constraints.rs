@@ -3,7 +3,7 @@ use crate::common::*;
 use linkwork_assembly::*;
 use linkwork_multibody::{Hinge, SubhingeKind};
 use linkwork_runtime::{BindTarget, Files, compile};
-use linkwork_solvers::Treatment;
+use linkwork_solvers::ConstraintMethod;
 use linkwork_spatial::Vec3;
 
 const BAR: &str = "mass: 1, inertia: [1e-3, 2e-3, 3e-3], com: [0, 0, 0.07]";
@@ -57,10 +57,10 @@ fn every_field_of_loops_and_couplings_is_read() {
     assert_eq!([&motor.body_a, &motor.body_b], ["Arm/rail", "world"]);
     assert_eq!(m.motions.len(), 1);
     assert_eq!((m.motions[0].position, m.motions[0].rate), (0.02, 0.1));
-    let treatment = |name: &str| m.treatments[name];
-    assert_eq!(treatment("Arm/coupler"), Treatment::Embed);
-    assert_eq!(treatment("Arm/pan"), Treatment::Augment);
-    assert_eq!(treatment("Arm/tilt"), Treatment::Auto);
+    let constraint_method = |name: &str| m.constraint_methods[name];
+    assert_eq!(constraint_method("Arm/coupler"), ConstraintMethod::Embed);
+    assert_eq!(constraint_method("Arm/pan"), ConstraintMethod::Augment);
+    assert_eq!(constraint_method("Arm/tilt"), ConstraintMethod::Auto);
     let [pan, tilt] = [&mb.couplings()[0].coupling, &mb.couplings()[1].coupling];
     let terms = |c: &linkwork_multibody::Coupling| -> Vec<(String, usize, f64)> {
         let one = |t: &linkwork_multibody::Term| {
@@ -106,7 +106,7 @@ fn overrides_reach_into_loops_couplings_and_colliders() {
     );
     let loaded = good(&text);
     let m = spec(&loaded);
-    assert_eq!(m.treatments["Arm/coupler"], Treatment::Augment);
+    assert_eq!(m.constraint_methods["Arm/coupler"], ConstraintMethod::Augment);
     assert_eq!(m.multibody.couplings()[0].coupling.terms[1].factor, -3.0);
     let colliders = loaded.colliders.as_ref().unwrap();
     assert_eq!(colliders.spec(colliders.find("Arm/floor").unwrap()).material.friction, 0.9);

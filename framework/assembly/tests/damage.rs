@@ -44,7 +44,7 @@ fn empty_pieces() {
         "params: { \"a\": (unit: \"x\", range: (1, \"y\"), default: {}) }",
         "bodies: { \"a\": (parent: \"world\", hinge: Universal([1, 0, 0]), inertia: Mesh(file: \"\"), shapes: [Box(1)], initial: 3) }",
         "bodies: { \"a\": (parent: \"world\", hinge: Chain, mass: -1, inertia: []) }",
-        "log: 1, figures: 2, plots: 3, view: 4, place: 5, seed: (), step: (), mechanism: 7",
+        "log: 1, metrics: 2, plots: 3, view: 4, place: 5, seed: (), step: (), mechanism: 7",
         "assembly: \"\", name: \"\"",
     ] {
         survives(&catalogue, "sim", &format!("Simulation({piece})"));

@@ -38,7 +38,7 @@ fn the_examples_of_the_page_load() {
     assert_eq!(two.spec.wires.len(), 4);
     assert_eq!(two.spec.parts[3].params.get("gear").unwrap().value.to_string(), "20.0");
     let three = load_text("FORMAT.md", examples[4], &options).unwrap_or_else(|f| panic!("{f}"));
-    assert_eq!(three.simulation.figures[0].take, Take::MaxAbs);
+    assert_eq!(three.simulation.metrics[0].take, Take::MaxAbs);
     assert_eq!(three.spec.mechanism().cloned().unwrap().multibody.bodies().len(), 2);
     let apart = load_text("FORMAT.md", examples[5], &options);
     let apart = apart.unwrap_or_else(|f| panic!("{f}"));

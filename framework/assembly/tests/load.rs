@@ -43,7 +43,7 @@ fn a_simulation_expands_to_parts_wires_bindings_and_a_mechanism() {
     assert_eq!((spec.integrator, spec.seed), (Integrator::SemiImplicitEuler, 7));
     assert_eq!(loaded.simulation.until, Some(Seconds { num: 120, den: 1 }));
     assert_eq!(loaded.simulation.log[0].channels[0].text, "Rover.**");
-    assert_eq!(loaded.simulation.figures[0].take, Take::Max);
+    assert_eq!(loaded.simulation.metrics[0].take, Take::Max);
     assert_eq!(loaded.tree.children[0].children[1].name, "Hardware");
 }
 
@@ -83,5 +83,5 @@ fn the_resolved_text_loads_to_the_same_spec_alone() {
     assert_eq!(digest(&again.spec), digest(&first.spec), "{}", first.resolved);
     assert_eq!(again.resolved, first.resolved);
     assert_eq!(again.shapes, first.shapes);
-    assert_eq!(again.simulation.figures.len(), 1);
+    assert_eq!(again.simulation.metrics.len(), 1);
 }

@@ -133,7 +133,7 @@ fn wrong_kinds_of_values() {
     );
     refused(
         &sim(
-            "parts: {}, step: \"1 m\", integrator: rk5, log: [(rate: 1)], figures: { \"f\": (of: \"x\", take: \"lst\", unit: \"metre\") }",
+            "parts: {}, step: \"1 m\", integrator: rk5, log: [(rate: 1)], metrics: { \"f\": (of: \"x\", take: \"lst\", unit: \"metre\") }",
         ),
         &[
             "`step`: `1 m` is not a time\n  --> sim.ron:2:18\n",
@@ -145,13 +145,13 @@ fn wrong_kinds_of_values() {
     );
     refused(
         &sim(
-            "parts: {}, figures: { \"a\": (take: last), \"b\": (of: \"x\", when: \"x > 1\"), \"c\": (when: \"x > 1\", unit: \"m\"), \"d\": (when: \"x > 1\", at: \"x > 2\") }",
+            "parts: {}, metrics: { \"a\": (take: last), \"b\": (of: \"x\", when: \"x > 1\"), \"c\": (when: \"x > 1\", unit: \"m\"), \"d\": (when: \"x > 1\", at: \"x > 2\") }",
         ),
         &[
-            "figure `a`: it is of nothing\n  --> sim.ron:2:24\n  help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
-            "figure `b`: it is of a variable and of a condition",
-            "figure `c`: a condition has no unit",
-            "figure `d`: `at` is of a variable",
+            "metric `a`: it is of nothing\n  --> sim.ron:2:24\n  help: write of: \"Part.output\", or when: \"Part.output > 1 N\"",
+            "metric `b`: it is of a variable and of a condition",
+            "metric `c`: a condition has no unit",
+            "metric `d`: `at` is of a variable",
         ],
     );
 }

@@ -18,11 +18,11 @@ pub struct Campaign {
     streams: Vec<Stream>,
     /// Variables whose histories are kept.
     retained: Option<Retained>,
-    /// Names and units of the figures.
-    figures: Vec<(String, String)>,
+    /// Names and units of the metrics.
+    metrics: Vec<(String, String)>,
     /// Names of the phases; none for a simulation without.
     phases: Vec<String>,
-    /// Requirements on the figures.
+    /// Requirements on the metrics.
     aims: Vec<Aim>,
     /// Contents that every run must find: texts by name, fingerprints of data files by name.
     contents: Contents,
@@ -41,18 +41,18 @@ pub struct Campaign {
 pub struct Aim {
     /// What is wrong with a run that misses it.
     pub cause: String,
-    /// Place of the figure.
-    pub figure: usize,
-    /// Least value that is good, in the figure's unit; −∞: no bound.
+    /// Place of the metric.
+    pub metric: usize,
+    /// Least value that is good, in the metric's unit; −∞: no bound.
     pub least: f64,
     /// Greatest value that is good; ∞: no bound.
     pub most: f64,
 }
 
 impl Aim {
-    /// Whether a run with these figures keeps it; `None` for one without the figure, since what it is of never came.
-    pub fn is_kept(&self, figures: &[f64]) -> Option<bool> {
-        let y = figures.get(self.figure).copied().filter(|y| !y.is_nan())?;
+    /// Whether a run with these metrics keeps it; `None` for one without the metric, since what it is of never came.
+    pub fn is_kept(&self, metrics: &[f64]) -> Option<bool> {
+        let y = metrics.get(self.metric).copied().filter(|y| !y.is_nan())?;
         Some(self.least <= y && y <= self.most)
     }
 }
@@ -87,7 +87,7 @@ fn shape(template: &Template) -> String {
 }
 
 impl Campaign {
-    /// Reads the file, and loads its simulation with every distribution at its middle, so that a path or figure that
+    /// Reads the file, and loads its simulation with every distribution at its middle, so that a path or metric that
     /// is not there is found before the first run.
     ///
     /// # Errors
@@ -104,12 +104,12 @@ impl Campaign {
         let stream =
             |(k, d): (usize, &Drawn)| Stream::new(form.sampling, form.seed, &d.name, k, form.runs);
         let streams = form.drawn.iter().enumerate().map(stream).collect();
-        let (figures, nothing) = (Vec::new(), Contents::new());
+        let (metrics, nothing) = (Vec::new(), Contents::new());
         let mut campaign = Campaign {
             form,
             streams,
             retained: None,
-            figures,
+            metrics,
             phases: Vec::new(),
             aims: Vec::new(),
             contents: nothing,
@@ -169,15 +169,15 @@ impl Campaign {
         self.seed(run).unwrap_or(self.file_seed)
     }
 
-    /// Figures, the end, the pairs of the report: what the simulation says of itself.
+    /// Metrics, the end, the pairs of the report: what the simulation says of itself.
     fn look_up(&mut self, ready: &Ready) -> Result<(), Failure> {
         let file = &ready.loaded.simulation;
         let prepared = linkwork_runner::prepare(ready.plan(), file).map_err(|faults| {
             let sources = ready.loaded.sources.clone();
             Failure { faults, sources }
         })?;
-        self.figures =
-            prepared.figures.list.iter().map(|f| (f.name.clone(), f.unit.clone())).collect();
+        self.metrics =
+            prepared.metrics.list.iter().map(|f| (f.name.clone(), f.unit.clone())).collect();
         let phases = ready.program.phases.iter().map(|p| p.name.clone());
         self.phases = phases.filter(|name| !name.is_empty()).collect();
         let mut faults = Vec::new();
@@ -189,18 +189,18 @@ impl Campaign {
             let help = "write limits: (time: \"100 s\"), the latest simulated end of a run";
             faults.push(Fault::new(Origin::NONE, message).help(help));
         }
-        if self.figures.is_empty() {
-            let help = "write `figures` into the simulation: { \"miss\": (of: \"Part.output\", take: \"last\") }";
-            let message = "the simulation has no figures: a campaign would have no results";
+        if self.metrics.is_empty() {
+            let help = "write `metrics` into the simulation: { \"miss\": (of: \"Part.output\", take: \"last\") }";
+            let message = "the simulation has no metrics: a campaign would have no results";
             faults.push(Fault::new(Origin::NONE, message).help(help));
         }
-        let figures = self.figures.iter().map(|f| f.0.as_str());
+        let metrics = self.metrics.iter().map(|f| f.0.as_str());
         let numbers = self.form.drawn.iter().filter(|d| d.of.is_number());
-        let known: Vec<&str> = figures.chain(numbers.map(|d| d.name.as_str())).collect();
+        let known: Vec<&str> = metrics.chain(numbers.map(|d| d.name.as_str())).collect();
         for (a, b, origin) in &self.form.scatter {
             for name in [a, b].into_iter().filter(|n| !known.contains(&n.as_str())) {
-                let message = format!("`scatter`: `{name}` is neither a figure nor a drawn number");
-                let help = linkwork_runtime::remedy(name, "figures and drawn numbers", &known);
+                let message = format!("`scatter`: `{name}` is neither a metric nor a drawn number");
+                let help = linkwork_runtime::remedy(name, "metrics and drawn numbers", &known);
                 faults.push(Fault::new(*origin, message).help(help));
             }
         }
@@ -219,22 +219,22 @@ impl Campaign {
         }
     }
 
-    /// A requirement in the unit of its figure.
+    /// A requirement in the unit of its metric.
     fn aim(&self, r: &Requirement) -> Result<Aim, Fault> {
         let at = |fact: String| Fault::new(r.origin, format!("`require`: `{}`: {fact}", r.cause));
-        let Some(figure) = self.figures.iter().position(|(name, _)| *name == r.figure) else {
-            let known: Vec<&str> = self.figures.iter().map(|f| f.0.as_str()).collect();
-            let help = linkwork_runtime::remedy(&r.figure, "figures", &known);
-            return Err(at(format!("there is no figure `{}`", r.figure)).help(help));
+        let Some(metric) = self.metrics.iter().position(|(name, _)| *name == r.metric) else {
+            let known: Vec<&str> = self.metrics.iter().map(|f| f.0.as_str()).collect();
+            let help = linkwork_runtime::remedy(&r.metric, "metrics", &known);
+            return Err(at(format!("there is no metric `{}`", r.metric)).help(help));
         };
-        let unit = &self.figures[figure].1;
+        let unit = &self.metrics[metric].1;
         let shown = |unit: &str| if unit.is_empty() { "no unit".into() } else { unit.to_string() };
         let bound = |bound: &Option<Bound>, open: f64| match bound {
             None => Ok(open),
             Some(b) if b.unit.is_empty() => Ok(b.number),
             Some(b) => in_unit(b.number, &b.unit, unit, false).ok_or_else(|| {
-                let fact = format!("the figure has {}, the bound {}", shown(unit), b.unit);
-                at(fact).help("write the bound in a unit of the figure's quantity, or without one")
+                let fact = format!("the metric has {}, the bound {}", shown(unit), b.unit);
+                at(fact).help("write the bound in a unit of the metric's quantity, or without one")
             }),
         };
         let (least, most) = (bound(&r.least, f64::NEG_INFINITY)?, bound(&r.most, f64::INFINITY)?);
@@ -242,7 +242,7 @@ impl Campaign {
             let fact = format!("nothing is from {least} to {most}");
             return Err(at(fact).help("write `least` below `most`"));
         }
-        Ok(Aim { cause: r.cause.clone(), figure, least, most })
+        Ok(Aim { cause: r.cause.clone(), metric, least, most })
     }
 
     /// The variables that every run keeps.
@@ -345,9 +345,9 @@ impl Campaign {
         &self.form
     }
 
-    /// Names and units of the figures of a run.
-    pub fn figures(&self) -> &[(String, String)] {
-        &self.figures
+    /// Names and units of the metrics of a run.
+    pub fn metrics(&self) -> &[(String, String)] {
+        &self.metrics
     }
 
     /// Names of the phases of a run; none for a simulation without phases.
@@ -355,7 +355,7 @@ impl Campaign {
         &self.phases
     }
 
-    /// Requirements on the figures, in the order of the file.
+    /// Requirements on the metrics, in the order of the file.
     pub fn aims(&self) -> &[Aim] {
         &self.aims
     }

@@ -236,15 +236,15 @@ mod tests {
             seed: 3,
             hash: u64::MAX - run,
             wall: 0.5,
-            figures: vec![y, f64::NAN, -0.0, f64::INFINITY, 5e-324],
+            metrics: vec![y, f64::NAN, -0.0, f64::INFINITY, 5e-324],
             phases: vec![0.0, f64::NAN],
             history: (run > 0).then_some(u32::MAX - run as u32),
         }
     }
 
     fn bits(o: &Outcome) -> (u64, u64, Vec<u64>, Option<u32>) {
-        let figures = o.figures.iter().map(|y| y.to_bits()).collect();
-        (o.hash, o.time.to_bits(), figures, o.history)
+        let metrics = o.metrics.iter().map(|y| y.to_bits()).collect();
+        (o.hash, o.time.to_bits(), metrics, o.history)
     }
 
     fn journal() -> (tempfile::TempDir, PathBuf) {

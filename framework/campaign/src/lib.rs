@@ -1,7 +1,7 @@
 //! Campaigns: many runs of one simulation, with values drawn from distributions.
 //!
 //! ```text
-//! file → draws of run r → load → one loop (linkwork_runner) → figures → journal → tables, statistics, report
+//! file → draws of run r → load → one loop (linkwork_runner) → metrics → journal → tables, statistics, report
 //! ```
 //! A run is a pure function of the campaign's file and its number: draws come from counters, keyed by (seed, run,
 //! path), so that neither the order of runs, nor threads, nor a kill in between leave a trace in the results.

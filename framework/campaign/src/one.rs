@@ -46,7 +46,7 @@ pub enum MakeError {
     },
     /// A log that was asked for cannot be written.
     #[error("{0}")]
-    Tap(String),
+    Recorder(String),
 }
 
 /// What a run needs besides the campaign.
@@ -86,7 +86,7 @@ pub enum Begun<'a> {
     Ended(Outcome),
 }
 
-/// A run under way: taps may be added, before it is finished.
+/// A run under way: recorders may be added, before it is finished.
 pub struct Under<'a> {
     campaign: &'a Campaign,
     means: &'a Means<'a>,
@@ -118,7 +118,7 @@ impl<'a> Begun<'a> {
             seed: campaign.seed_of(run),
             hash: 0,
             wall: 0.0,
-            figures: Vec::new(),
+            metrics: Vec::new(),
             phases: Vec::new(),
             history: None,
         };
@@ -138,7 +138,7 @@ impl<'a> Begun<'a> {
 }
 
 impl Under<'_> {
-    /// Its simulation, taps and checkpoints.
+    /// Its simulation, recorders and checkpoints.
     pub fn runner(&mut self) -> &mut Runner<Watched> {
         &mut self.set.runner
     }
@@ -156,7 +156,7 @@ impl Under<'_> {
     /// Steps to the end of the run, by whatever cause. `None` when it was stopped before.
     ///
     /// # Errors
-    /// [`MakeError::Tap`].
+    /// [`MakeError::Recorder`].
     pub fn go(&mut self) -> Result<Option<Outcome>, MakeError> {
         let wall = self.campaign.form().wall;
         let stepped = step(&mut self.set, self.means.stop, wall, self.begin);
@@ -167,7 +167,7 @@ impl Under<'_> {
             Stepped::Ended(Ended::Goal) => (Cause::Until, String::new()),
             Stepped::Ended(Ended::StopWhen) => (Cause::StopWhen, String::new()),
             Stepped::Ended(Ended::Failed(e) | Ended::Bad(e)) => (Cause::Failed, e.to_string()),
-            Stepped::Ended(Ended::Tap(e)) => return Err(MakeError::Tap(e)),
+            Stepped::Ended(Ended::Recorder(e)) => return Err(MakeError::Recorder(e)),
             // Nobody asks the runner itself to stop.
             Stepped::Ended(Ended::Stopped) => return Ok(None),
             Stepped::Wall => (Cause::WallLimit, String::new()),
@@ -185,9 +185,9 @@ impl Under<'_> {
         };
         let phases = self.campaign.phases().iter();
         outcome.phases = phases.map(|name| began(name).unwrap_or(f64::NAN)).collect();
-        let figures = self.set.runner.figures();
-        outcome.figures =
-            figures.map_or_else(Vec::new, |f| f.results().map(|(_, y, _)| y).collect());
+        let metrics = self.set.runner.metrics();
+        outcome.metrics =
+            metrics.map_or_else(Vec::new, |f| f.results().map(|(_, y, _)| y).collect());
         outcome.wall = self.begin.elapsed().as_secs_f64();
         Ok(Some(outcome.clone()))
     }
@@ -252,7 +252,7 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
         let sources = ready.loaded.sources.clone();
         LoadError::Refused(linkwork_assembly::Failure { faults, sources })
     })?;
-    let Prepared { figures, stop_when, groups, .. } = prepared;
+    let Prepared { metrics, stop_when, groups, .. } = prepared;
     // Nobody would write it.
     let retained = campaign.retained().filter(|_| means.folder.is_some());
     let history = match retained.map(|kept| History::new(kept, ready.plan())) {
@@ -273,7 +273,7 @@ fn set_up(campaign: &Campaign, run: u64, means: &Means<'_>) -> Result<Set, LoadE
     let goal = Goal { until, stop_when, ..Goal::default() };
     let mut runner = Runner::new(sim, Watched { history });
     // Without a checkpoint there is nothing to restore, and nothing to fail.
-    let _ = runner.figure(figures, None);
+    let _ = runner.metric(metrics, None);
     Ok(Set { runner, goal, groups, configuration: ready.loaded.resolved, limited })
 }
 

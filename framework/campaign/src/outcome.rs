@@ -35,7 +35,7 @@ impl Cause {
         }
     }
 
-    /// Whether the run came to an end that it was meant to have: its figures are among the statistics.
+    /// Whether the run came to an end that it was meant to have: its metrics are among the statistics.
     pub fn is_orderly(self) -> bool {
         matches!(self, Cause::Until | Cause::StopWhen | Cause::TimeLimit)
     }
@@ -60,9 +60,9 @@ pub struct Outcome {
     /// Wall time that it took (s). It is in no table: it differs from time to time.
     #[serde(with = "exact")]
     pub wall: f64,
-    /// Figures, in their order and units; none when it had none.
+    /// Metrics, in their order and units; none when it had none.
     #[serde(with = "exact_list")]
-    pub figures: Vec<f64>,
+    pub metrics: Vec<f64>,
     /// When each phase of the campaign began last (s); NaN for one that has not begun. None in journals of earlier versions.
     #[serde(with = "exact_list", default)]
     pub phases: Vec<f64>,
@@ -89,7 +89,7 @@ impl Outcome {
 
     /// Whether this is the same run, made again: the same in all but the wall time that it took.
     pub fn is_again(&self, other: &Outcome) -> bool {
-        let bits = |o: &Outcome| o.figures.iter().map(|y| y.to_bits()).collect::<Vec<_>>();
+        let bits = |o: &Outcome| o.metrics.iter().map(|y| y.to_bits()).collect::<Vec<_>>();
         let all =
             |o: &Outcome| (o.run, o.ended, o.time.to_bits(), o.seed, o.hash, bits(o), o.history);
         all(self) == all(other)
@@ -153,7 +153,7 @@ mod tests {
             seed: 0,
             hash: 0,
             wall: 0.0,
-            figures: Vec::new(),
+            metrics: Vec::new(),
             phases: Vec::new(),
             history: None,
         };

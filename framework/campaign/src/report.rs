@@ -61,7 +61,7 @@ pub fn page(campaign: &Campaign, results: &Results) -> String {
     requirements(&mut out, results);
     failures(&mut out, results);
     statistics(&mut out, results);
-    figures(&mut out, results);
+    metrics(&mut out, results);
     together(&mut out, campaign, results);
     histories(&mut out, results);
     out.push_str("</body></html>\n");
@@ -119,12 +119,12 @@ fn failures(out: &mut String, results: &Results) {
 }
 
 fn statistics(out: &mut String, results: &Results) {
-    out.push_str("<h2>Figures</h2>\n<table><tr><th>figure</th><th>unit</th><th>n</th><th>mean</th><th>± error</th><th>deviation</th>");
+    out.push_str("<h2>Metrics</h2>\n<table><tr><th>metric</th><th>unit</th><th>n</th><th>mean</th><th>± error</th><th>deviation</th>");
     for name in NAMES {
         let _ = write!(out, "<th>{name}</th>");
     }
     out.push_str("</tr>");
-    for ((name, unit, _), s) in results.figures.iter().zip(&results.summaries) {
+    for ((name, unit, _), s) in results.metrics.iter().zip(&results.summaries) {
         let _ = write!(
             out,
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
@@ -151,9 +151,9 @@ fn statistics(out: &mut String, results: &Results) {
     }
 }
 
-/// For each figure: how it is spread, what it hangs on, and the value that it hangs on most.
-fn figures(out: &mut String, results: &Results) {
-    for (k, (name, unit, y)) in results.figures.iter().enumerate() {
+/// For each metric: how it is spread, what it hangs on, and the value that it hangs on most.
+fn metrics(out: &mut String, results: &Results) {
+    for (k, (name, unit, y)) in results.metrics.iter().enumerate() {
         let own = titled(name, unit);
         let _ = write!(out, "<h2>{}</h2>\n<div class=\"plots\">", escaped(name));
         out.push_str(&histogram("Distribution", &own, y));
@@ -183,31 +183,31 @@ fn figures(out: &mut String, results: &Results) {
     }
 }
 
-/// The pairs that the campaign asks for; without any, the first two figures.
+/// The pairs that the campaign asks for; without any, the first two metrics.
 fn together(out: &mut String, campaign: &Campaign, results: &Results) {
     let form = campaign.form();
-    // What is drawn of a name, its title, and whether it is a figure.
+    // What is drawn of a name, its title, and whether it is a metric.
     let values = |name: &str| {
-        let figure = results.figures.iter().find(|f| f.0 == name);
+        let metric = results.metrics.iter().find(|f| f.0 == name);
         let drawn = || {
             let title =
                 form.drawn.iter().find(|d| d.name == name).map(|d| titled(name, &d.unit))?;
             results.drawn.iter().find(|d| d.0 == title)
         };
-        match figure {
+        match metric {
             Some((name, unit, x)) => Some((titled(name, unit), x, true)),
             None => drawn().map(|(title, x)| (title.clone(), x, false)),
         }
     };
     let mut pairs: Vec<[&str; 2]> =
         form.scatter.iter().map(|(a, b, _)| [a, b].map(String::as_str)).collect();
-    if let ([], [a, b, ..]) = (&pairs[..], &results.figures[..]) {
+    if let ([], [a, b, ..]) = (&pairs[..], &results.metrics[..]) {
         pairs.push([&a.0, &b.0]);
     }
     if pairs.is_empty() {
         return;
     }
-    out.push_str("<h2>Against each other</h2>\n<p>Ellipses of one, two and three standard deviations where both are figures.</p>\n<div class=\"plots\">");
+    out.push_str("<h2>Against each other</h2>\n<p>Ellipses of one, two and three standard deviations where both are metrics.</p>\n<div class=\"plots\">");
     for [a, b] in pairs {
         let (Some((xs, x, first)), Some((ys, y, second))) = (values(a), values(b)) else {
             continue;

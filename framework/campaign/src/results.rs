@@ -2,10 +2,10 @@
 //!
 //! | file | a row for each | columns |
 //! |---|---|---|
-//! | `results` | run | run, ended, why, missed (where something is required), time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), when each phase began last (`phase:NAME [s]`, NaN if it never did), figures (`NAME [UNIT]`) |
-//! | `statistics` | figure | figure, unit, n, mean, deviation, error, min, p1 … p99, max |
-//! | `sensitivity` | figure and drawn number | figure, value, rank correlation |
-//! | `requirements` | requirement | cause, figure, unit, least, most, runs that missed, share of all, runs that missed it alone |
+//! | `results` | run | run, ended, why, missed (where something is required), time \[s\], seed, state, drawn values (`draw:NAME [UNIT]`), when each phase began last (`phase:NAME [s]`, NaN if it never did), metrics (`NAME [UNIT]`) |
+//! | `statistics` | metric | metric, unit, n, mean, deviation, error, min, p1 … p99, max |
+//! | `sensitivity` | metric and drawn number | metric, value, rank correlation |
+//! | `requirements` | requirement | cause, metric, unit, least, most, runs that missed, share of all, runs that missed it alone |
 //! | `bands` | retained variable and instant | variable, unit, time \[s\], n, min, p5 … p95, max |
 //!
 //! Rows are in the order of the runs, and nothing in them depends on when or on how many threads the runs were made.
@@ -69,15 +69,15 @@ pub struct Table {
     pub columns: Vec<(String, Column)>,
 }
 
-/// The cause of a run without a figure that is required.
-const NEVER: &str = "a figure that is required has no value: what it is of never came";
+/// The cause of a run without a metric that is required.
+const NEVER: &str = "a metric that is required has no value: what it is of never came";
 
 /// A requirement, and the runs that missed it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missed {
     /// What is wrong with a run that missed it.
     pub cause: String,
-    /// The requirement; `None`: a figure of any of them has no value.
+    /// The requirement; `None`: a metric of any of them has no value.
     pub aim: Option<Aim>,
     /// Runs that missed it.
     pub runs: Vec<u64>,
@@ -91,11 +91,11 @@ pub struct Results {
     pub runs: Table,
     /// Names of the drawn values that are numbers, and their values for the orderly runs.
     pub drawn: Vec<(String, Vec<f64>)>,
-    /// Names, units and values of the figures for the orderly runs.
-    pub figures: Vec<(String, String, Vec<f64>)>,
-    /// Summaries, in the order of the figures.
+    /// Names, units and values of the metrics for the orderly runs.
+    pub metrics: Vec<(String, String, Vec<f64>)>,
+    /// Summaries, in the order of the metrics.
     pub summaries: Vec<Summary>,
-    /// Rank correlations: for each figure, of each drawn number.
+    /// Rank correlations: for each metric, of each drawn number.
     pub sensitivity: Vec<Vec<f64>>,
     /// How retained variables are spread over the orderly runs.
     pub bands: Vec<Band>,
@@ -165,10 +165,10 @@ impl Results {
             let began = outcomes.iter().map(|o| o.phases.get(k).copied().unwrap_or(f64::NAN));
             columns.push((format!("phase:{name} [s]"), Column::Number(began.collect())));
         }
-        let mut figures: Vec<(String, String, Vec<f64>)> = Vec::new();
-        for (k, (name, unit)) in campaign.figures().iter().enumerate() {
-            let one = |o: &Outcome| o.figures.get(k).copied().unwrap_or(f64::NAN);
-            figures.push((
+        let mut metrics: Vec<(String, String, Vec<f64>)> = Vec::new();
+        for (k, (name, unit)) in campaign.metrics().iter().enumerate() {
+            let one = |o: &Outcome| o.metrics.get(k).copied().unwrap_or(f64::NAN);
+            metrics.push((
                 name.clone(),
                 unit.clone(),
                 orderly.iter().map(|r| one(outcomes[*r])).collect(),
@@ -179,11 +179,11 @@ impl Results {
             ));
         }
         let how = campaign.form().sampling;
-        let summaries = figures
+        let summaries = metrics
             .iter()
             .map(|(_, _, y): &(String, String, Vec<f64>)| Summary::of(y, how))
             .collect();
-        let sensitivity = figures
+        let sensitivity = metrics
             .iter()
             .map(|(_, _, y)| drawn.iter().map(|(_, x)| rank_correlation(x, y)).collect())
             .collect();
@@ -200,7 +200,7 @@ impl Results {
         Results {
             runs: Table { columns },
             drawn,
-            figures,
+            metrics,
             summaries,
             sensitivity,
             bands: Vec::new(),
@@ -232,14 +232,14 @@ impl Results {
         Ok(())
     }
 
-    /// One row for each figure.
+    /// One row for each metric.
     pub fn statistics(&self) -> Table {
         let mut columns = vec![
             (
-                "figure".to_string(),
-                Column::Text(self.figures.iter().map(|f| f.0.clone()).collect()),
+                "metric".to_string(),
+                Column::Text(self.metrics.iter().map(|f| f.0.clone()).collect()),
             ),
-            ("unit".to_string(), Column::Text(self.figures.iter().map(|f| f.1.clone()).collect())),
+            ("unit".to_string(), Column::Text(self.metrics.iter().map(|f| f.1.clone()).collect())),
             ("n".to_string(), Column::Whole(self.summaries.iter().map(|s| s.n as u64).collect())),
         ];
         let mut number = |name: &str, of: &dyn Fn(&Summary) -> f64| {
@@ -254,18 +254,18 @@ impl Results {
         Table { columns }
     }
 
-    /// One row for each figure and drawn number.
+    /// One row for each metric and drawn number.
     pub fn sensitivities(&self) -> Table {
-        let (mut figure, mut value, mut rank) = (Vec::new(), Vec::new(), Vec::new());
-        for ((name, ..), row) in self.figures.iter().zip(&self.sensitivity) {
+        let (mut metric, mut value, mut rank) = (Vec::new(), Vec::new(), Vec::new());
+        for ((name, ..), row) in self.metrics.iter().zip(&self.sensitivity) {
             for ((drawn, _), r) in self.drawn.iter().zip(row) {
-                figure.push(name.clone());
+                metric.push(name.clone());
                 value.push(drawn.clone());
                 rank.push(*r);
             }
         }
         let columns = vec![
-            ("figure".to_string(), Column::Text(figure)),
+            ("metric".to_string(), Column::Text(metric)),
             ("value".to_string(), Column::Text(value)),
             ("rank correlation".to_string(), Column::Number(rank)),
         ];
@@ -289,10 +289,10 @@ impl Results {
         share(m.runs.len(), self.done()).0
     }
 
-    /// What is required, in words: the figure and its bounds.
+    /// What is required, in words: the metric and its bounds.
     pub fn required(&self, m: &Missed) -> String {
-        let Some(Aim { figure, least, most, .. }) = &m.aim else { return String::new() };
-        let (name, unit, _) = &self.figures[*figure];
+        let Some(Aim { metric, least, most, .. }) = &m.aim else { return String::new() };
+        let (name, unit, _) = &self.metrics[*metric];
         let bounds = match (least.is_finite(), most.is_finite()) {
             (true, true) => format!("{least} to {most}"),
             (true, false) => format!("at least {least}"),
@@ -311,11 +311,11 @@ impl Results {
         let whole = |of: &dyn Fn(&Missed) -> usize| {
             Column::Whole(self.missed.iter().map(|m| of(m) as u64).collect())
         };
-        let figure = |m: &Missed| m.aim.as_ref().map(|aim| &self.figures[aim.figure]);
+        let metric = |m: &Missed| m.aim.as_ref().map(|aim| &self.metrics[aim.metric]);
         let columns = vec![
             ("cause".to_string(), text(&|m| m.cause.clone())),
-            ("figure".to_string(), text(&|m| figure(m).map_or_else(String::new, |f| f.0.clone()))),
-            ("unit".to_string(), text(&|m| figure(m).map_or_else(String::new, |f| f.1.clone()))),
+            ("metric".to_string(), text(&|m| metric(m).map_or_else(String::new, |f| f.0.clone()))),
+            ("unit".to_string(), text(&|m| metric(m).map_or_else(String::new, |f| f.1.clone()))),
             ("least".to_string(), number(&|m| m.aim.as_ref().map_or(f64::NAN, |a| a.least))),
             ("most".to_string(), number(&|m| m.aim.as_ref().map_or(f64::NAN, |a| a.most))),
             ("runs".to_string(), whole(&|m| m.runs.len())),
@@ -377,7 +377,7 @@ fn judged(aims: &[Aim], outcomes: &[&Outcome]) -> (Vec<Missed>, Vec<Vec<usize>>)
     let never = aims.len();
     let of_run = |o: &&Outcome| -> Vec<usize> {
         let judged = if o.ended.is_orderly() { aims } else { &[] };
-        let kept: Vec<Option<bool>> = judged.iter().map(|aim| aim.is_kept(&o.figures)).collect();
+        let kept: Vec<Option<bool>> = judged.iter().map(|aim| aim.is_kept(&o.metrics)).collect();
         let beyond = (0..kept.len()).filter(|k| kept[*k] == Some(false));
         beyond.chain(kept.contains(&None).then_some(never)).collect()
     };

@@ -11,11 +11,11 @@
 //! each other, and their means usually have much smaller errors than s/√n. One campaign does not show how much smaller: that takes
 //! repetitions with other seeds. Therefore `Summary::error` is NaN for them.
 //!
-//! A value that is NaN (a figure of a phase that never came) is left out, and `n` says so.
+//! A value that is NaN (a metric of a phase that never came) is left out, and `n` says so.
 
 use crate::sampling::Sampling;
 
-/// One figure over all runs.
+/// One metric over all runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Runs with a value.
@@ -111,7 +111,7 @@ fn ranks(y: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// The ellipse of one standard deviation of two figures.
+/// The ellipse of one standard deviation of two metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
     /// Centre.

@@ -36,7 +36,7 @@ fn outcomes_are_read_or_refused() {
         seed: u64::MAX,
         hash: 0x0123_4567_89ab_cdef,
         wall: 0.25,
-        figures: vec![y, f64::NAN, -0.0, 1e300],
+        metrics: vec![y, f64::NAN, -0.0, 1e300],
         phases: vec![0.0, 2.5, f64::NAN],
         history: (y == 1.0).then_some(0x0123_4567),
     };

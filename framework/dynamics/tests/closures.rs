@@ -7,7 +7,7 @@ use linkwork_dynamics::multibody::{
     LoopMotion, Multibody,
 };
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Motion, Pose, Quat, Vec3};
-use linkwork_dynamics::units::{Treatment, Units, UnitsWork};
+use linkwork_dynamics::units::{ConstraintMethod, Units, UnitsWork};
 use linkwork_dynamics::*;
 use std::f64::consts::PI;
 
@@ -48,7 +48,7 @@ fn point([a, b, c, d]: [f64; 4], theta: f64, branch: f64) -> Vec3 {
 
 /// Greatest error of all constraints by the kernels of dynamics, rad or m.
 fn errors(tree: &Tree, q: &[f64], motions: &[LoopMotion]) -> f64 {
-    let (units, mut ws) = (Units::new(tree, |_| Treatment::Augment), Workspace::new(tree));
+    let (units, mut ws) = (Units::new(tree, |_| ConstraintMethod::Augment), Workspace::new(tree));
     let mut uw = UnitsWork::new(tree, &units);
     kinematics(tree, &mut ws, q, &vec![0.0; tree.nv()]);
     let mut most = 0.0_f64;

@@ -577,8 +577,10 @@ fn inverse_kinematics_closes_loops_through_bent_bodies_and_refuses_to_bend_them(
         }
         mbs.integrate(&c.q, &dv, &mut q);
         let errors = |q: &[f64]| {
-            let (units, mut ws) =
-                (units::Units::new(&tree, |_| units::Treatment::Augment), Workspace::new(&tree));
+            let (units, mut ws) = (
+                units::Units::new(&tree, |_| units::ConstraintMethod::Augment),
+                Workspace::new(&tree),
+            );
             let mut uw = units::UnitsWork::new(&tree, &units);
             kinematics(&tree, &mut ws, q, &vec![0.0; tree.nv()]);
             let mut most = 0.0_f64;

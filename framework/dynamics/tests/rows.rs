@@ -3,7 +3,7 @@
 use crate::support::{Rng, Shape, close, random_tree};
 use linkwork_dynamics::multibody::BodyId;
 use linkwork_dynamics::spatial::nalgebra::DMatrix;
-use linkwork_dynamics::units::{RowSet, Treatment, Units, UnitsWork};
+use linkwork_dynamics::units::{ConstraintMethod, RowSet, Units, UnitsWork};
 use linkwork_dynamics::*;
 
 /// A random tree after a gather, with the accelerations and forces of the whole.
@@ -29,7 +29,7 @@ fn case(seed: u64) -> Case {
     kinematics(&tree, &mut ws, &mbs.random_q(seed), &mbs.random_v(seed));
     let mut inverse = vec![0.0; nv * nv];
     inverse_mass_matrix(&tree, &mut ws, &mut inverse).unwrap();
-    let units = Units::new(&tree, |_| Treatment::Augment);
+    let units = Units::new(&tree, |_| ConstraintMethod::Augment);
     let mut uw = UnitsWork::new(&tree, &units);
     let (tau, mut vdot) = (Rng(seed).vec(nv), Rng(seed + 1).vec(nv));
     units.gather(&tree, &mut ws, &mut uw, &tau, &vdot, &[]).unwrap();

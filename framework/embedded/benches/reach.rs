@@ -184,8 +184,9 @@ fn closed(model: &std::sync::Arc<RobotModel>, cases: &[(Vec<f64>, Vec<f64>)], wh
         checker.set_q(target).unwrap();
         let X = checker.base_pose(arm).unwrap().inverse() * checker.tip_pose(arm).unwrap();
         let goal = Goal::pose(X);
-        let (count, us) =
-            timed(|| robot.reach_all(&form, &goal, Frame::Base, target, &mut out).unwrap());
+        let (count, us) = timed(|| {
+            robot.inverse_kinematics_all(&form, &goal, Frame::Base, target, &mut out).unwrap()
+        });
         let off = out.iter().zip(target).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         tally.us.push(us);
         tally.met += usize::from(count > 0 && off < 1e-6);
@@ -203,7 +204,8 @@ fn one(
     q: &mut [f64],
     tally: &mut Tally,
 ) {
-    let (answer, us) = timed(|| robot.reach(arm, goal, Frame::Base, effort, q).unwrap());
+    let (answer, us) =
+        timed(|| robot.inverse_kinematics(arm, goal, Frame::Base, effort, q).unwrap());
     tally.us.push(us);
     tally.kinematics += answer.kinematics;
     tally.most = tally.most.max(answer.kinematics);

@@ -290,7 +290,7 @@ pub enum RobotError {
     },
     /// A call that knows nothing of a loop or a coupling of the mechanism, or of two hands on an object, and would open it.
     #[error(
-        "{what} knows nothing of {closure}\n  help: `WholeReach` keeps it closed; where it does not count, leave it out of the \
+        "{what} knows nothing of {closure}\n  help: `WholeBodyIk` keeps it closed; where it does not count, leave it out of the \
          model, or let one hand go"
     )]
     OpensClosure {

@@ -14,13 +14,13 @@
 //! Objects that hands hold are rigid, or have joints of their own ([`ModelSpec::linkages`]): pliers, a drawer, a door. They may be attached to each other ([`Robot::attach`]): a battery to its driver, a key to its lock. Obstacles are shapes, or what sensors see while the
 //! robot works: point clouds and voxel maps ([`Robot::set_points`], [`Robot::set_cells`]). What loops of two hands, or of a key in a lock, leave is [`Robot::closure`]. A [`Planner`] finds free ways between configurations.
 //!
-//! [`Robot::reach`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once
-//! ([`RobotModel::closed_form`], [`Robot::reach_all`]). [`WholeReach`] searches for one in which several tips are where they are to be at once, in the world or in
+//! [`Robot::inverse_kinematics`] searches for a configuration of any chain; arms of six or seven hinges whose axes admit it are solved in closed form, all solutions at once
+//! ([`RobotModel::closed_form`], [`Robot::inverse_kinematics_all`]). [`WholeBodyIk`] searches for one in which several tips are where they are to be at once, in the world or in
 //! each other's hands, with what carries them; what two hands hold stays closed, and so do the mechanism's own loops and couplings ([`Closures`]).
 //! [`Effort::worst_case_steps`] says after how much work a search has ended at the latest.
 //!
 //! A way gets its times by [`Timing`]: as fast as limits of rate, acceleration and effort allow, what is held counted. [`Transfer`] goes from any state to any
-//! other within limits of jerk. [`RateControl`] and [`WholeBody`] give rates and forces for wishes in order of priority, away from limits and singular
+//! other within limits of jerk. [`RateControl`] and [`WholeBody`] give rates and forces for objectives in order of priority, away from limits and singular
 //! configurations, with contacts that press and do not slip; [`TaskSpace`] operational space and impedance; [`support_polygon`] where a robot stands firm.
 //!
 //! Angular part first, world axes, SI and radians throughout. Columns are the degrees of freedom of
@@ -67,7 +67,7 @@
 //!
 //! let mut q = [0.1, 0.5];
 //! let goal = Goal::position(Vec3::new(0.5, 0.0, 0.3));
-//! let answer = robot.reach(arm, &goal, Frame::World, &Effort::kinematics(500), &mut q)?;
+//! let answer = robot.inverse_kinematics(arm, &goal, Frame::World, &Effort::kinematics(500), &mut q)?;
 //! assert_eq!(answer.outcome, Outcome::Met);
 //! robot.set_q(&q)?;
 //! let mut tau = [0.0; 2];
@@ -106,12 +106,12 @@ pub use linkwork_spatial as spatial;
 pub use manipulability::{Manipulability, Rows};
 pub use model::{Closures, ModelSpec, Object, ObjectSpec, RobotModel, colliders_of};
 pub use part::{Part, PartSpec};
-pub use priorities::{Met, NoSolution, Priorities};
+pub use priorities::{LevelResult, NoSolution, Priorities};
 pub use robot::{
     Aim, Answer, Balance, Balanced, Best, Closing, ClosureRank, Effort, Frame, Friction, Grasp,
-    Gripped, Guards, HandWeights, Hold, Impedance, MotionLimits, MotionState, Mount, MoveSqueeze,
-    Outcome, Path, PathProgress, Planner, Predictor, Prefer, Push, RateControl, Robot, Search,
-    Shared, TaskSpace, Timed, Timing, TipGoal, Touch, Transfer, Transferred, Way, WholeBody,
-    WholeReach, Wish, collides_all,
+    Gripped, Guards, HandWeights, HandWrenches, Hold, Impedance, MotionLimits, MotionState, Mount,
+    Objective, Outcome, Path, PathProgress, PlanOutcome, Planner, Predictor, Prefer, Push,
+    RateControl, Robot, Search, Shared, TaskSpace, Timed, Timing, TipGoal, Touch, Transfer,
+    Transferred, WholeBody, WholeBodyIk, collides_all,
 };
 pub use support::{support_margin, support_polygon};

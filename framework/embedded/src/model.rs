@@ -52,9 +52,9 @@ pub enum Closures {
     /// The model is refused.
     #[default]
     Refused,
-    /// [`WholeReach`](crate::WholeReach) keeps them closed, of whatever hinges. Kinematics, collisions, masses and forces are those of the tree at the q given: forces of a motion
+    /// [`WholeBodyIk`](crate::WholeBodyIk) keeps them closed, of whatever hinges. Kinematics, collisions, masses and forces are those of the tree at the q given: forces of a motion
     /// that keeps them closed, as if every coordinate had a motor of its own. What would open them is refused ([`RobotError::OpensClosure`]): searches, rates and ways of a chain that takes
-    /// part in them, ways between configurations, wishes, operational space, predictions, timings and transfers.
+    /// part in them, ways between configurations, objectives, operational space, predictions, timings and transfers.
     Kept,
 }
 

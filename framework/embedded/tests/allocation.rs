@@ -90,7 +90,7 @@ fn no_call_allocates_after_set_up() {
     let (mut ahead, mut rates, mut P) = (q.clone(), v.clone(), vec![0.0; 4 * nv * nv]);
     let soft = Impedance::at(Pose::translation(0.5, 0.3, 1.0), [20.0, 500.0], [0.1, 4.0]);
     let (mut A, mut corners) = (vec![0.0; 6 * nv], [[0.0; 2]; 8]);
-    let mut search = WholeReach::new(&robot, 2).clone();
+    let mut search = WholeBodyIk::new(&robot, 2).clone();
     let wrist = model.dofs(right).unwrap()[5];
     let counted = allocation_counter::measure(|| {
         let state = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
@@ -112,13 +112,17 @@ fn no_call_allocates_after_set_up() {
             let goal = Goal::pose(Pose::translation(p, 0.4, 1.1));
             clamped.copy_from_slice(&start);
             black_box(
-                robot.reach(left, &goal, Frame::World, &Effort::default(), &mut clamped).unwrap(),
+                robot
+                    .inverse_kinematics(left, &goal, Frame::World, &Effort::default(), &mut clamped)
+                    .unwrap(),
             );
-            black_box(robot.reach_on(left, 10, &mut clamped).unwrap());
+            black_box(robot.resume_inverse_kinematics(left, 10, &mut clamped).unwrap());
             clamped.copy_from_slice(&start);
             let prefer = Prefer { manipulable: 0.1, ..Prefer::centred().starts(3) };
-            black_box(robot.reach_all(&form, &goal, Frame::World, &q, &mut all).unwrap());
-            let best = robot.reach_best(
+            black_box(
+                robot.inverse_kinematics_all(&form, &goal, Frame::World, &q, &mut all).unwrap(),
+            );
+            let best = robot.inverse_kinematics_best(
                 left,
                 &goal,
                 Frame::World,
@@ -144,8 +148,8 @@ fn no_call_allocates_after_set_up() {
             ];
             let effort = Effort { restarts: 2, ..Effort::default() };
             clamped.copy_from_slice(&start);
-            black_box(search.reach(&robot, &goals, &effort, &mut clamped)).ok();
-            black_box(search.go_on(10, &mut clamped)).ok();
+            black_box(search.solve(&robot, &goals, &effort, &mut clamped)).ok();
+            black_box(search.resume(10, &mut clamped)).ok();
             black_box(search.worst_case_steps(&goals, &effort));
             black_box((search.residuals()[0], search.closures().count()));
             clamped.copy_from_slice(&start);
@@ -159,7 +163,7 @@ fn no_call_allocates_after_set_up() {
         }
         search.release(&[wrist]).unwrap();
         clamped.copy_from_slice(&start);
-        black_box(search.reach(&robot, &[], &Effort::default(), &mut clamped).unwrap_err());
+        black_box(search.solve(&robot, &[], &Effort::default(), &mut clamped).unwrap_err());
         black_box(search.keep(&[999]).unwrap_err());
         robot.update_grasp(left, beam, Pose::identity()).unwrap();
         let push = Push::new(left, spatial::Vec3::x(), spatial::Vec3::y());
@@ -168,13 +172,13 @@ fn no_call_allocates_after_set_up() {
             black_box(robot.balance(beam, kind, &mut tau).unwrap());
         }
         let wrenches = robot.squeeze(beam, 20.0, &mut tau).unwrap();
-        robot.exert(beam, &wrenches, &mut tau).unwrap();
+        robot.add_hand_wrenches(beam, &wrenches, &mut tau).unwrap();
         let sides = [spatial::Vec3::x(), -spatial::Vec3::x()];
         let friction =
             sides.map(|normal| Friction { normal, coefficient: 0.5, radius: 0.02, most: 500.0 });
         black_box(robot.grip(beam, &wrenches, &friction).unwrap());
         let weights = HandWeights { hands: [1.0, 3.0], moment: 100.0 };
-        black_box(robot.move_squeeze(beam, &wrenches, &weights).unwrap());
+        black_box(robot.split_hand_wrenches(beam, &wrenches, &weights).unwrap());
         robot.mass_matrix(&mut M).unwrap();
         black_box(robot.center_of_mass());
         space.inertia(&mut robot, &mut inertia).unwrap();
@@ -205,7 +209,9 @@ fn no_call_allocates_after_set_up() {
         black_box((robot.detach(beam).unwrap_err(), robot.mount(beam).unwrap()));
         let nan = Goal::position(spatial::Vec3::repeat(f64::NAN));
         black_box(
-            robot.reach(left, &nan, Frame::World, &Effort::default(), &mut clamped).unwrap_err(),
+            robot
+                .inverse_kinematics(left, &nan, Frame::World, &Effort::default(), &mut clamped)
+                .unwrap_err(),
         );
         black_box(robot.tip_pose(gripper).unwrap_err());
         robot.put(beam, Pose::identity()).unwrap();
@@ -265,8 +271,8 @@ fn no_error_allocates() {
     };
     let mut forces = [spatial::Vec3::zeros(); 1];
     let mut vdot = v.clone();
-    let wish = Wish::new(0, Aim::Posture(&tau));
-    let (nobody, wishes) = (Wish::new(0, Aim::Posture(&[])), [wish, wish]);
+    let objective = Objective::new(0, Aim::Posture(&tau));
+    let (nobody, objectives) = (Objective::new(0, Aim::Posture(&[])), [objective, objective]);
     let guards = Guards { horizon: 0.1, manipulable: &[] };
     let never = Guards { horizon: f64::NAN, manipulable: &[] };
     let efforts = vec![10.0; nv];
@@ -293,13 +299,14 @@ fn no_error_allocates() {
         no(robot.whole_jacobian(left, &mut own[..2]).unwrap_err());
         no(robot.manipulability(left, Rows::All { length: 0.0 }, None).unwrap_err());
         // Searches.
-        no(robot.reach(left, &nowhere, Frame::World, &effort, &mut to).unwrap_err());
-        no(robot.reach(left, &goal, Frame::World, &effort, &mut outside).unwrap_err());
-        no(robot.reach(gripper, &goal, Frame::World, &effort, &mut to).unwrap_err());
-        no(robot.reach_on(right, 5, &mut to).unwrap_err());
-        let best = robot.reach_best(left, &nowhere, Frame::World, &prefer, &effort, &mut to);
+        no(robot.inverse_kinematics(left, &nowhere, Frame::World, &effort, &mut to).unwrap_err());
+        no(robot.inverse_kinematics(left, &goal, Frame::World, &effort, &mut outside).unwrap_err());
+        no(robot.inverse_kinematics(gripper, &goal, Frame::World, &effort, &mut to).unwrap_err());
+        no(robot.resume_inverse_kinematics(right, 5, &mut to).unwrap_err());
+        let best =
+            robot.inverse_kinematics_best(left, &nowhere, Frame::World, &prefer, &effort, &mut to);
         no(best.unwrap_err());
-        no(robot.reach_all(&form, &goal, Frame::World, &short, &mut all).unwrap_err());
+        no(robot.inverse_kinematics_all(&form, &goal, Frame::World, &short, &mut all).unwrap_err());
         no(robot.rates(left, &tips[0], &mut own[..1]).unwrap_err());
         // Forces.
         no(robot.gravity_forces(&mut own[..1]).unwrap_err());
@@ -333,25 +340,26 @@ fn no_error_allocates() {
         robot.closure(Closing::Hands(cup)).unwrap();
         robot.object_jacobian(tool, handle, &mut J).unwrap();
         let (rest, turning) = ((&v[..], &v[..]), (&J[..1], &J[..1]));
-        let asked = robot.feed_forward_with(rest, tool, turning, &[], &mut out, &mut own[..1]);
+        let asked =
+            robot.feed_forward_with_object(rest, tool, turning, &[], &mut out, &mut own[..1]);
         no(asked.unwrap_err());
-        no(robot.mass_matrix_with(tool, &mut own[..1]).unwrap_err());
+        no(robot.mass_matrix_with_object(tool, &mut own[..1]).unwrap_err());
         for object in [tool, beam] {
             // In no hand; in one.
             no(robot.balance(object, Balance::Equal, &mut out).unwrap_err());
             no(robot.squeeze(object, 10.0, &mut out).unwrap_err());
-            no(robot.exert(object, &w, &mut out).unwrap_err());
+            no(robot.add_hand_wrenches(object, &w, &mut out).unwrap_err());
             no(robot.grip(object, &w, &[good; 2]).unwrap_err());
-            no(robot.move_squeeze(object, &w, &weights).unwrap_err());
+            no(robot.split_hand_wrenches(object, &w, &weights).unwrap_err());
         }
         no(robot.balance(cup, Balance::Equal, &mut own[..1]).unwrap_err());
         no(robot.balance(cup, Balance::Equal, &mut nans).unwrap_err());
         no(robot.squeeze(cup, f64::NAN, &mut out).unwrap_err());
-        no(robot.exert(cup, &bad, &mut out).unwrap_err());
+        no(robot.add_hand_wrenches(cup, &bad, &mut out).unwrap_err());
         no(robot.grip(cup, &bad, &[good; 2]).unwrap_err());
         no(robot.grip(cup, &w, &[flat; 2]).unwrap_err());
         let none = HandWeights { moment: 0.0, ..weights };
-        no(robot.move_squeeze(cup, &w, &none).unwrap_err());
+        no(robot.split_hand_wrenches(cup, &w, &none).unwrap_err());
         // Collisions.
         no(robot.collides(&short).unwrap_err());
         no(robot.first_hit(&nan).unwrap_err());
@@ -374,20 +382,20 @@ fn no_error_allocates() {
         no(space.impedance(&mut robot, &v, &[soft], None, &mut out).unwrap_err());
         let known = Known { q: &mut ahead, v: &mut rates, covariance: &mut P };
         no(robot.predict(&mut predictor, known, &v, &[], 1e-3).unwrap_err());
-        no(control.solve(&mut robot, &wishes, &guards, &mut v, &mut J[..1]).unwrap_err());
+        no(control.solve(&mut robot, &objectives, &guards, &mut v, &mut J[..1]).unwrap_err());
         no(control.solve(&mut robot, &[nobody], &guards, &mut v, &mut J[..1]).unwrap_err());
-        no(control.solve(&mut robot, &[wish], &never, &mut v, &mut J[..1]).unwrap_err());
-        no(control.solve(&mut robot, &[wish], &guards, &mut v, &mut []).unwrap_err());
-        for (touches, wishes, efforts) in [
-            (&[touch][..], &[wish][..], &efforts[..]),
-            (&[touch; 2], &[wish], &efforts),
-            (&[], &wishes, &efforts),
+        no(control.solve(&mut robot, &[objective], &never, &mut v, &mut J[..1]).unwrap_err());
+        no(control.solve(&mut robot, &[objective], &guards, &mut v, &mut []).unwrap_err());
+        for (touches, objectives, efforts) in [
+            (&[touch][..], &[objective][..], &efforts[..]),
+            (&[touch; 2], &[objective], &efforts),
+            (&[], &objectives, &efforts),
             (&[], &[nobody], &efforts),
-            (&[], &[wish], &efforts[..1]),
+            (&[], &[objective], &efforts[..1]),
         ] {
             let n = touches.len().min(1);
             let found = (&mut out[..], &mut vdot[..], &mut forces[..n]);
-            no(whole.solve(&mut robot, &v, touches, wishes, efforts, found).unwrap_err());
+            no(whole.solve(&mut robot, &v, touches, objectives, efforts, found).unwrap_err());
         }
         no(planner.plan(&mut robot, &q, &nan, &Search::default()).unwrap_err());
         no(planner.plan(&mut robot, &outside, &q, &Search::default()).unwrap_err());

@@ -78,7 +78,10 @@ fn names_that_nothing_has_and_parts_without_a_tip() {
     let goal = Goal::position(Vec3::x());
     let mut q = [0.0; 6];
     let effort = Effort::default();
-    assert_eq!(told(robot.reach(hands, &goal, Frame::World, &effort, &mut q)), no_chain);
+    assert_eq!(
+        told(robot.inverse_kinematics(hands, &goal, Frame::World, &effort, &mut q)),
+        no_chain
+    );
 }
 
 #[test]
@@ -156,20 +159,20 @@ fn targets_that_are_no_numbers_and_starts_outside_of_limits() {
         Goal::position(Vec3::new(0.3, f64::NAN, 0.0)),
         Goal::pose(Pose::translation(f64::INFINITY, 0.0, 0.0)),
     ] {
-        let e = told(robot.reach(left, &goal, Frame::World, &effort, &mut q));
+        let e = told(robot.inverse_kinematics(left, &goal, Frame::World, &effort, &mut q));
         assert!(matches!(e, RobotError::NotFinite { .. }), "{e}");
     }
     assert_eq!(q, [0.1; 6]);
     q[1] = 2.5;
     let goal = Goal::position(Vec3::new(0.3, 0.3, 0.1));
-    let e = told(robot.reach(left, &goal, Frame::World, &effort, &mut q));
+    let e = told(robot.inverse_kinematics(left, &goal, Frame::World, &effort, &mut q));
     assert!(
         matches!(e, RobotError::OutsideLimits { dof: 1, value, lower, upper } if value == 2.5 && lower == -2.0 && upper == 2.0),
         "{e}"
     );
     // As the remedy says.
     robot.clamp(&mut q).unwrap();
-    robot.reach(left, &goal, Frame::World, &effort, &mut q).unwrap();
+    robot.inverse_kinematics(left, &goal, Frame::World, &effort, &mut q).unwrap();
     assert!(matches!(told(robot.set_q(&[f64::NAN; 6])), RobotError::NotFinite { index: 0, .. }));
 }
 
@@ -200,12 +203,12 @@ fn what_is_not_feasible_comes_with_the_best_that_is() {
         most: 10.0,
     });
     let held = robot.grip(plate, &[half; 2], &friction).unwrap();
-    assert!(held.missing > 100.0, "{held:?}");
+    assert!(held.shortfall > 100.0, "{held:?}");
     let net = held.wrenches[0].force + held.wrenches[1].force;
     assert!((net - 2.0 * half.force).norm() < 1e-6 * net.norm(), "{net}");
     let strong =
-        friction.map(|f| Friction { most: 10.0 + 1.01 * held.missing, coefficient: 50.0, ..f });
-    assert!(robot.grip(plate, &[half; 2], &strong).unwrap().missing < held.missing);
+        friction.map(|f| Friction { most: 10.0 + 1.01 * held.shortfall, coefficient: 50.0, ..f });
+    assert!(robot.grip(plate, &[half; 2], &strong).unwrap().shortfall < held.shortfall);
 }
 
 /// Zeros are a configuration of an arm, and not of a body that moves freely: its quaternion has no length. Poses were NaN, and nothing collided.

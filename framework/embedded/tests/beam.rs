@@ -19,7 +19,7 @@ fn a_beam_goes_from_each_of_its_poses_to_each_other() {
     let cases = json["cases"].as_array().unwrap();
     assert_eq!(cases.len(), 4);
     let mut robot = Robot::new(&model);
-    let mut search = WholeReach::new(&robot, 1);
+    let mut search = WholeBodyIk::new(&robot, 1);
     for (i, held) in cases.iter().enumerate() {
         robot.set_q(&to_q(&model, &at, &numbers(&held["q"]))).unwrap();
         for (hand, X) in hands.iter().zip(&in_beam) {
@@ -30,7 +30,7 @@ fn a_beam_goes_from_each_of_its_poses_to_each_other() {
         for (j, other) in cases.iter().enumerate() {
             let mut q = to_q(&model, &at, &numbers(&other["q"]));
             let goals = [TipGoal::new(hands[0], goal)];
-            let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+            let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
             assert_eq!(answer.outcome, Outcome::Met, "{i} from {j}: {answer:?}");
             // By the kinematics of another robot, which holds nothing.
             let mut bare = Robot::new(&model);

@@ -119,8 +119,10 @@ impl Case {
 
     fn all(&mut self, X: &Pose, q: &[f64]) -> Vec<Vec<f64>> {
         let mut out = vec![f64::NAN; q.len() * ClosedForm::MOST];
-        let n =
-            self.robot.reach_all(&self.closed, &Goal::pose(*X), Frame::World, q, &mut out).unwrap();
+        let n = self
+            .robot
+            .inverse_kinematics_all(&self.closed, &Goal::pose(*X), Frame::World, q, &mut out)
+            .unwrap();
         out.chunks(q.len()).take(n).map(<[f64]>::to_vec).collect()
     }
 
@@ -189,8 +191,10 @@ fn a_search_from_many_starts_finds_the_same_set() {
             for _ in 0..400 {
                 let mut start: Vec<f64> = (0..6).map(|_| rng.within(-PI, PI)).collect();
                 let (goal, effort) = (Goal::pose(X), Effort::one_start());
-                let answer =
-                    case.robot.reach(case.part, &goal, Frame::World, &effort, &mut start).unwrap();
+                let answer = case
+                    .robot
+                    .inverse_kinematics(case.part, &goal, Frame::World, &effort, &mut start)
+                    .unwrap();
                 if answer.outcome != Outcome::Met {
                     continue;
                 }
@@ -347,7 +351,10 @@ fn what_carries_the_arm_counts() {
     let in_base = case.robot.base_pose(case.part).unwrap().inverse() * X;
     let mut out = vec![0.0; n];
     let goal = Goal::pose(in_base);
-    let e = case.robot.reach_all(&case.closed, &goal, Frame::Base, &q, &mut out).unwrap_err();
+    let e = case
+        .robot
+        .inverse_kinematics_all(&case.closed, &goal, Frame::Base, &q, &mut out)
+        .unwrap_err();
     assert!(matches!(e, RobotError::NoRoom { wanted: 8, room: 1, .. }), "{e}");
     assert!(difference(&out, &q) < 1e-9, "the nearest is there all the same");
 }
@@ -380,7 +387,9 @@ fn what_has_no_closed_form_and_what_is_no_goal_is_refused() {
     let mut case = Case::new(model, None);
     let (mut out, q) = ([0.0; 48], [0.1; 6]);
     let mut refuse = |goal: Goal, q: &[f64]| {
-        case.robot.reach_all(&case.closed, &goal, Frame::World, q, &mut out).unwrap_err()
+        case.robot
+            .inverse_kinematics_all(&case.closed, &goal, Frame::World, q, &mut out)
+            .unwrap_err()
     };
     let pose = Pose::new(Quat::identity(), v(0.1, 0.2, 0.3));
     assert!(matches!(refuse(Goal::position(v(0.1, 0.2, 0.3)), &q), RobotError::OutOfRange { .. }));
@@ -391,11 +400,15 @@ fn what_has_no_closed_form_and_what_is_no_goal_is_refused() {
     let mut seven = Case::new(panda(), None);
     let (goal, mut out) = (Goal::pose(pose), [0.0; 56]);
     let outside = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0];
-    let e =
-        seven.robot.reach_all(&seven.closed, &goal, Frame::World, &outside, &mut out).unwrap_err();
+    let e = seven
+        .robot
+        .inverse_kinematics_all(&seven.closed, &goal, Frame::World, &outside, &mut out)
+        .unwrap_err();
     assert!(matches!(e, RobotError::OutsideLimits { value: 4.0, .. }), "{e}");
     // A form of another robot.
-    let e =
-        seven.robot.reach_all(&case.closed, &goal, Frame::World, &[0.0; 7], &mut out).unwrap_err();
+    let e = seven
+        .robot
+        .inverse_kinematics_all(&case.closed, &goal, Frame::World, &[0.0; 7], &mut out)
+        .unwrap_err();
     assert!(matches!(e, RobotError::ForeignHandle), "{e}");
 }

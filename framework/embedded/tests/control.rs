@@ -50,7 +50,7 @@ fn a_tip_moves_as_asked_and_what_is_left_moves_the_elbow() {
     let mut control = RateControl::new(&robot, 3, 1);
     let motion = Motion::new(Vec3::new(0.1, -0.2, 0.15), Vec3::new(0.05, 0.1, -0.08));
     let (mut v, mut left) = ([0.0; 7], [0.0; 3]);
-    let first = Wish::new(0, tip(arm, motion, Rows::All { length: 1.0 }));
+    let first = Objective::new(0, tip(arm, motion, Rows::All { length: 1.0 }));
     control.solve(&mut robot, &[first], &NO_GUARD, &mut v, &mut left).unwrap();
     let asked = [0.1, -0.2, 0.15, 0.05, 0.1, -0.08];
     assert!(difference(&twist_of(&mut robot, arm, &v), &asked) < 1e-9 && left[0] < 1e-9);
@@ -60,7 +60,7 @@ fn a_tip_moves_as_asked_and_what_is_left_moves_the_elbow() {
     assert!(difference(&v, &least) < 1e-6, "{v:?} {least:?}");
     // The elbow goes as far along as the tip allows.
     let up = Motion::new(Vec3::zeros(), Vec3::new(0.0, 0.0, 0.03));
-    let second = Wish::new(5, tip(elbow, up, Rows::Linear));
+    let second = Objective::new(5, tip(elbow, up, Rows::Linear));
     control.solve(&mut robot, &[second, first], &NO_GUARD, &mut v, &mut left).unwrap();
     assert!(difference(&twist_of(&mut robot, arm, &v), &asked) < 1e-8);
     let before = twist_of(&mut robot, elbow, &least);
@@ -68,7 +68,7 @@ fn a_tip_moves_as_asked_and_what_is_left_moves_the_elbow() {
     let off = |x: &[f64; 6]| x[3].hypot(x[4]).hypot(x[5] - 0.03);
     assert!(off(&after) < off(&before) - 1e-5 && (left[1] - off(&after)).abs() < 1e-9);
     // In the other order the elbow gets all of it.
-    let [first, second] = [Wish { level: 9, ..first }, second];
+    let [first, second] = [Objective { level: 9, ..first }, second];
     control.solve(&mut robot, &[first, second], &NO_GUARD, &mut v, &mut left).unwrap();
     assert!(off(&twist_of(&mut robot, elbow, &v)) < 1e-9);
 }
@@ -93,8 +93,8 @@ fn limits_and_singular_configurations_are_kept_away_from() {
         let (mut w, mut far, mut fast) = (f64::INFINITY, 0.0_f64, 0.0_f64);
         for _ in 0..400 {
             let motion = Motion::new(Vec3::zeros(), direction);
-            let wish = Wish::new(0, tip(part, motion, Rows::Linear));
-            control.solve(&mut robot, &[wish], &guards, &mut v, &mut left).unwrap();
+            let objective = Objective::new(0, tip(part, motion, Rows::Linear));
+            control.solve(&mut robot, &[objective], &guards, &mut v, &mut left).unwrap();
             q.iter_mut().zip(&v).for_each(|(q, v)| *q += dt * v);
             robot.set_q(&q).unwrap();
             w = w.min(robot.manipulability(part, Rows::All { length: 1.0 }, None).unwrap().w);
@@ -125,29 +125,29 @@ fn bad_guards_and_wishes_are_refused() {
     let mut robot = Robot::new(&model);
     let mut control = RateControl::new(&robot, 1, 1);
     let (mut v, mut left) = ([0.0; 7], [0.0; 1]);
-    let wish = Wish::new(0, tip(part, Motion::zero(), Rows::Linear));
-    let mut say = |robot: &mut Robot, w: &[Wish<'_>], g: &Guards<'_>, left: &mut [f64]| {
+    let objective = Objective::new(0, tip(part, Motion::zero(), Rows::Linear));
+    let mut say = |robot: &mut Robot, w: &[Objective<'_>], g: &Guards<'_>, left: &mut [f64]| {
         control.solve(robot, w, g, &mut v, left).unwrap_err().to_string()
     };
     let zero = Guards { horizon: 0.0, ..NO_GUARD };
-    assert!(say(&mut robot, &[wish], &zero, &mut left).contains("horizon"));
-    assert!(say(&mut robot, &[wish, wish], &NO_GUARD, &mut left).contains("room"));
-    assert!(say(&mut robot, &[wish], &NO_GUARD, &mut []).contains("residuals"));
-    let bad = Wish::new(0, tip(part, Motion::zero(), Rows::All { length: 0.0 }));
+    assert!(say(&mut robot, &[objective], &zero, &mut left).contains("horizon"));
+    assert!(say(&mut robot, &[objective, objective], &NO_GUARD, &mut left).contains("room"));
+    assert!(say(&mut robot, &[objective], &NO_GUARD, &mut []).contains("residuals"));
+    let bad = Objective::new(0, tip(part, Motion::zero(), Rows::All { length: 0.0 }));
     assert!(say(&mut robot, &[bad], &NO_GUARD, &mut left).contains("length"));
     let many = [(part, 0.1), (part, 0.1)];
     let two = Guards { manipulable: &many, ..NO_GUARD };
-    assert!(say(&mut robot, &[wish], &two, &mut left).contains("room"));
+    assert!(say(&mut robot, &[objective], &two, &mut left).contains("room"));
     let nan = [(part, f64::NAN)];
     assert!(
-        say(&mut robot, &[wish], &Guards { manipulable: &nan, ..NO_GUARD }, &mut left)
+        say(&mut robot, &[objective], &Guards { manipulable: &nan, ..NO_GUARD }, &mut left)
             .contains("NaN")
     );
     // Outside its limits a coordinate comes back, whatever is asked.
     let mut q = Q;
     q[2] = 2.7;
     robot.set_q(&q).unwrap();
-    let far = Wish::new(0, Aim::Posture(&[1.0; 7]));
+    let far = Objective::new(0, Aim::Posture(&[1.0; 7]));
     control.solve(&mut robot, &[far], &NO_GUARD, &mut v, &mut left).unwrap();
     assert!((v[2] + 2.0).abs() < 1e-9, "{v:?}: −0.2/0.1 s");
     // However far it is, at its full rate; below as above.

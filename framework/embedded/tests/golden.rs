@@ -58,7 +58,7 @@ fn a_beam_in_two_hands_costs_what_was_written_down() {
         |x: &[f64]| Force::new(Vec3::from_column_slice(&x[..3]), Vec3::from_column_slice(&x[3..6]));
     let weights = HandWeights { hands: [1.0, 3.0], moment: 100.0 };
     let given = [force(&given[..6]), force(&given[6..])];
-    let told = robot.move_squeeze(beam, &given, &weights).unwrap();
+    let told = robot.split_hand_wrenches(beam, &given, &weights).unwrap();
     let net = [3.9, 0.2, -0.85, 1.0, -5.0, 26.0];
     let (n, f) = (told.net.moment, told.net.force);
     for (ours, golden) in n.iter().chain(f.iter()).zip(net) {

@@ -81,7 +81,7 @@ fn palms_press_a_box_as_hard_as_its_weight_asks() {
         let wanted = [push([0.0, 0.0, weight / 2.0]); 2];
         let told = robot.grip(object, &wanted, &grips).unwrap();
         let press = weight / (2.0 * mu);
-        assert_eq!(told.missing, 0.0);
+        assert_eq!(told.shortfall, 0.0);
         for (w, sign) in told.wrenches.iter().zip([1.0, -1.0]) {
             assert!((w.force.x * sign - press).abs() < 2e-6 * press, "{mu}: {} {press}", w.force.x);
             assert!((w.force.z - weight / 2.0).abs() < 1e-5 && w.moment.norm() < 1e-6);
@@ -90,7 +90,7 @@ fn palms_press_a_box_as_hard_as_its_weight_asks() {
         let firm = [1.0, -1.0].map(|s| push([s * 1.01 * press, 0.0, weight / 2.0]));
         assert_eq!(
             robot.grip(object, &firm, &grips).unwrap(),
-            Gripped { wrenches: firm, missing: 0.0 }
+            Gripped { wrenches: firm, shortfall: 0.0 }
         );
     }
 }
@@ -104,12 +104,12 @@ fn what_cannot_be_held_is_told_with_what_is_missing() {
     let grips = [1.0, -1.0].map(|s| hold(Vec3::x() * s, mu, 0.02, 0.5 * press));
     let wanted = [push([0.0, 0.0, weight / 2.0]); 2];
     let told = robot.grip(object, &wanted, &grips).unwrap();
-    assert!((told.missing - 0.25 * press).abs() < 1e-6 * press, "{} {press}", told.missing);
+    assert!((told.shortfall - 0.25 * press).abs() < 1e-6 * press, "{} {press}", told.shortfall);
     assert!((told.wrenches[0].force.x - 0.75 * press).abs() < 1e-5 * press);
     // Palms that both press upward hold nothing sideways.
     let up = [hold(Vec3::z(), mu, 0.02, f64::INFINITY); 2];
     let told = robot.grip(object, &[push([0.0, 0.0, -weight / 2.0]); 2], &up).unwrap();
-    assert!(told.missing > 0.0, "{told:?}");
+    assert!(told.shortfall > 0.0, "{told:?}");
 }
 
 /// Wherever the hands press and whatever is wanted: no slip, the same net wrench, and nothing that holds is nearer.
@@ -137,7 +137,7 @@ fn wrenches_hold_keep_the_net_wrench_and_none_is_nearer() {
         let size = 1.0 + told.wrenches[0].force.norm() + told.wrenches[1].force.norm();
         assert!((before.force - after.force).norm() < 1e-12 * size);
         assert!((before.moment - after.moment).norm() < 1e-12 * size);
-        if told.missing > 0.0 {
+        if told.shortfall > 0.0 {
             continue;
         }
         found += 1;

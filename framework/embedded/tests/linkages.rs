@@ -105,7 +105,7 @@ fn forces_are_those_of_the_whole() {
         inverse_dynamics(&tree, &mut ws, &merged(&q), &merged(&v), &merged(&vdot), &mut theirs);
         let (mut tau, mut forces) = (vec![0.0; nv], vec![0.0; n]);
         let (rv, ra) = ((&v[..nv], &vdot[..nv]), (&v[nv..], &vdot[nv..]));
-        robot.feed_forward_with(rv, tool, ra, &[], &mut tau, &mut forces).unwrap();
+        robot.feed_forward_with_object(rv, tool, ra, &[], &mut tau, &mut forces).unwrap();
         worst = worst.max(difference(&merged(&[&tau[..], &forces].concat()), &theirs));
         // Its joints at rest: as any other call has it.
         let still = [&v[..nv], &[0.0; 3]].concat();
@@ -119,7 +119,7 @@ fn forces_are_those_of_the_whole() {
         let wanted = order.iter().filter(|i| **i < nv).map(|i| tau[*i]).collect::<Vec<f64>>();
         worst = worst.max(difference(&wanted, &bare(&theirs)));
         let mut M = vec![0.0; (nv + n) * (nv + n)];
-        robot.mass_matrix_with(tool, &mut M).unwrap();
+        robot.mass_matrix_with_object(tool, &mut M).unwrap();
         let mut whole_M = M.clone();
         mass_matrix(&tree, &mut ws, &mut whole_M);
         let size = nv + n;
@@ -161,12 +161,14 @@ fn a_thousand_grasps_leave_no_trace() {
             let (mut tau, mut forces, mut M) = ([0.0; 4], [0.0; 3], [0.0; 49]);
             let moving = (&[0.1; 4][..], &[0.2; 4][..]);
             let own = (&[0.3; 3][..], &[0.4; 3][..]);
-            robot.feed_forward_with(moving, tool, own, &[], &mut tau, &mut forces).unwrap();
-            robot.mass_matrix_with(tool, &mut M).unwrap();
+            robot.feed_forward_with_object(moving, tool, own, &[], &mut tau, &mut forces).unwrap();
+            robot.mass_matrix_with_object(tool, &mut M).unwrap();
             robot.collides(&[0.1; 4]).unwrap();
             robot.object_body_pose(tool, blade).unwrap();
             robot.ungrasp(tool).unwrap();
-            robot.feed_forward_with(moving, tool, own, &[], &mut tau, &mut forces).unwrap_err();
+            robot
+                .feed_forward_with_object(moving, tool, own, &[], &mut tau, &mut forces)
+                .unwrap_err();
         }
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
@@ -279,7 +281,9 @@ fn trimmers_weigh_what_the_reference_says() {
         robot.set_object_q(tool, &[opening]).unwrap();
         let (mut tau, mut at_pin, rest) = (vec![0.0; nv], [0.0], vec![0.0; nv]);
         let own = (&[0.0][..], &[0.0][..]);
-        robot.feed_forward_with((&rest, &rest), tool, own, &[], &mut tau, &mut at_pin).unwrap();
+        robot
+            .feed_forward_with_object((&rest, &rest), tool, own, &[], &mut tau, &mut at_pin)
+            .unwrap();
         let theirs = to_v(&model, &places, &numbers(&expect[format!("gravity_{key}")]));
         let most = theirs.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let off = difference(&tau, &theirs) / most;
@@ -435,7 +439,7 @@ fn mistakes_are_refused() {
     let none =
         |e: Result<(), RobotError>| assert!(matches!(e, Err(RobotError::NoJoints { .. })), "{e:?}");
     none(robot.set_object_q(brick, &[]));
-    none(robot.mass_matrix_with(brick, &mut []));
+    none(robot.mass_matrix_with_object(brick, &mut []));
     assert!(matches!(
         robot.set_object_q(tool, &[0.0; 2]),
         Err(RobotError::Length { wanted: 3, .. })
@@ -445,11 +449,11 @@ fn mistakes_are_refused() {
         Err(RobotError::NotFinite { .. })
     ));
     assert!(matches!(
-        robot.mass_matrix_with(tool, &mut [0.0; 49]),
+        robot.mass_matrix_with_object(tool, &mut [0.0; 49]),
         Err(RobotError::NotHeld { .. })
     ));
     assert!(matches!(
-        robot.mass_matrix_with(tool, &mut [0.0; 48]),
+        robot.mass_matrix_with_object(tool, &mut [0.0; 48]),
         Err(RobotError::Length { wanted: 49, .. })
     ));
     let said = |change: &dyn Fn(&mut ModelSpec)| {

@@ -128,11 +128,11 @@ fn what_is_attached_goes_along_and_loads_what_it_is_attached_to() {
         }
         let (mut tau, mut forces) = (vec![0.0; nv], vec![0.0; 2]);
         let (rv, ra) = ((&v[..nv], &vdot[..nv]), (&v[nv..], &vdot[nv..]));
-        robot.feed_forward_with(rv, tool, ra, &[], &mut tau, &mut forces).unwrap();
+        robot.feed_forward_with_object(rv, tool, ra, &[], &mut tau, &mut forces).unwrap();
         let ours = [&tau[..], &forces].concat();
         assert!(difference(&ours, &theirs) < 1e-12, "{ours:?} {theirs:?}");
         let (mut M, mut M_whole) = (vec![0.0; 25], vec![0.0; 25]);
-        robot.mass_matrix_with(tool, &mut M).unwrap();
+        robot.mass_matrix_with_object(tool, &mut M).unwrap();
         mass_matrix(&tree, &mut ws, &mut M_whole);
         assert!(difference(&M, &M_whole) < 1e-12, "{k}");
     }

@@ -46,8 +46,8 @@ fn rates_from_outside_the_limits_lead_back_inside() {
                 Aim::Tip { part, motion: Motion::new(Vec3::zeros(), pull), rows: Rows::Linear };
             // What is wished for would drive both farther out.
             let out = [1.0, 0.0, -1.0, 0.0, 0.0, 0.0];
-            let wishes = [Wish::new(0, Aim::Posture(&out)), Wish::new(1, tip)];
-            control.solve(&mut robot, &wishes, &guards, &mut v, &mut left).unwrap();
+            let objectives = [Objective::new(0, Aim::Posture(&out)), Objective::new(1, tip)];
+            control.solve(&mut robot, &objectives, &guards, &mut v, &mut left).unwrap();
             let beyond = |q: f64| (q.abs() - MOST).max(0.0);
             for (q, v) in q.iter_mut().zip(&v) {
                 let next = *q + dt * v;
@@ -65,7 +65,7 @@ fn rates_from_outside_the_limits_lead_back_inside() {
     }
 }
 
-/// Forces know no limits of coordinates: from outside they are as from inside, exact, and a wish for the way back leads there.
+/// Forces know no limits of coordinates: from outside they are as from inside, exact, and an objective for the way back leads there.
 #[test]
 fn forces_from_outside_the_limits_lead_back_inside() {
     let model = arm();
@@ -78,12 +78,12 @@ fn forces_from_outside_the_limits_lead_back_inside() {
         // Critically damped, to the nearest that is inside by a little.
         let back: Vec<f64> =
             (q.iter().zip(&v)).map(|(q, v)| 25.0 * (q.clamp(-1.4, 1.4) - q) - 10.0 * v).collect();
-        let wish = [Wish::new(0, Aim::Posture(&back))];
+        let objective = [Objective::new(0, Aim::Posture(&back))];
         let (mut tau, mut vdot) = ([0.0; 6], [0.0; 6]);
         let out = (&mut tau[..], &mut vdot[..], &mut [][..]);
-        let told = body.solve(&mut robot, &v, &[], &wish, &effort, out).unwrap();
+        let told = body.solve(&mut robot, &v, &[], &objective, &effort, out).unwrap();
         assert_eq!(told.unbalanced, 0.0, "{step}");
-        assert!(told.missing < 1e-9 && difference(&vdot, &back) < 1e-6, "{step} {told:?}");
+        assert!(told.shortfall < 1e-9 && difference(&vdot, &back) < 1e-6, "{step} {told:?}");
         // Inverse dynamics, which knows nothing of the search, needs the same forces for it.
         let mut exact = [0.0; 6];
         robot.feed_forward(&v, &vdot, &[], &mut exact).unwrap();

@@ -140,7 +140,7 @@ fn a_small_problem_by_hand() {
     let x = problem.x();
     assert!(support::difference(x, &[0.5, 1.5, 0.0]) < 1e-8, "{x:?}");
     assert!((met.residual - 1.0).abs() < 1e-8 && met.free == 1);
-    // Nothing is left of x and y: a wish for another x changes nothing; z is free.
+    // Nothing is left of x and y: an objective for another x changes nothing; z is free.
     problem.level(&[1.0, 0.0, 0.0, 0.0, 0.0, 2.0], &[-3.0, 8.0]).unwrap();
     assert!(support::difference(problem.x(), &[0.5, 1.5, 4.0]) < 1e-8, "{:?}", problem.x());
     // Bounds that contradict each other.
@@ -177,6 +177,6 @@ fn the_same_bits_without_allocation() {
 fn a_problem_of_no_numbers_has_its_answer() {
     let mut problem = Priorities::new(0, 0, 0);
     problem.begin();
-    assert_eq!(problem.level(&[], &[]), Ok(Met { residual: 0.0, free: 0 }));
+    assert_eq!(problem.level(&[], &[]), Ok(LevelResult { residual: 0.0, free: 0 }));
     assert!(problem.x().is_empty());
 }

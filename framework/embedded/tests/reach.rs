@@ -39,7 +39,9 @@ fn targets_of_the_reference_are_met_within_limits_and_few_evaluations() {
         let (mut total, mut count) = (0, 0);
         let mut solve = |start: &[f64], X: &Pose, effort: &Effort| {
             let mut q = start.to_vec();
-            let answer = robot.reach(arm, &Goal::pose(*X), Frame::Base, effort, &mut q).unwrap();
+            let answer = robot
+                .inverse_kinematics(arm, &Goal::pose(*X), Frame::Base, effort, &mut q)
+                .unwrap();
             assert_eq!(answer.outcome, Outcome::Met, "{name} {answer:?}");
             let (p, R) = off(&model, &json, &q, X);
             assert!(p < 2e-9 && R < 2e-9 && within(&json, &q), "{name} {p:e} {R:e} {q:?}");
@@ -108,14 +110,17 @@ fn out_of_reach_is_answered_with_the_nearest() {
             let X = pose(&numbers(row));
             let mut q = vec![0.0; model.nq()];
             let goal = Goal::pose(X);
-            let answer = robot.reach(arm, &goal, Frame::Base, &Effort::default(), &mut q).unwrap();
+            let answer = robot
+                .inverse_kinematics(arm, &goal, Frame::Base, &Effort::default(), &mut q)
+                .unwrap();
             assert_eq!(answer.outcome, Outcome::Nearest);
             // Lengths tell that no start will do: a quarter of them is looked at (some 640 evaluations otherwise), and with four times as many, which is all of the usual
             // ones, the nearest is hardly nearer.
             assert!(answer.kinematics < 350, "{}", answer.kinematics);
             let whole = Effort { restarts: 4 * Effort::default().restarts, ..Effort::default() };
             let mut other = vec![0.0; model.nq()];
-            let all = robot.reach(arm, &goal, Frame::Base, &whole, &mut other).unwrap();
+            let all =
+                robot.inverse_kinematics(arm, &goal, Frame::Base, &whole, &mut other).unwrap();
             let [few, all] = [&answer, &all]
                 .map(|a| a.residual.position.powi(2) + a.residual.orientation.powi(2));
             costs.push([few, all]);
@@ -160,9 +165,11 @@ fn portions_and_other_work_leave_no_trace() {
         let x = numbers(row);
         let goal = Goal::pose(pose(&x[2 * n..]));
         let (mut a, mut b) = (x[n..2 * n].to_vec(), x[n..2 * n].to_vec());
-        let once = whole.reach(arm, &goal, Frame::Base, &Effort::default(), &mut a).unwrap();
-        let mut answer =
-            cut.reach(arm, &goal, Frame::Base, &Effort::kinematics(3), &mut b).unwrap();
+        let once =
+            whole.inverse_kinematics(arm, &goal, Frame::Base, &Effort::default(), &mut a).unwrap();
+        let mut answer = cut
+            .inverse_kinematics(arm, &goal, Frame::Base, &Effort::kinematics(3), &mut b)
+            .unwrap();
         let mut portions = 1;
         while answer.outcome == Outcome::Unfinished {
             assert!(answer.kinematics <= 3 * portions, "the bound holds");
@@ -171,7 +178,7 @@ fn portions_and_other_work_leave_no_trace() {
             cut.tip_pose(arm).unwrap();
             let twist = spatial::Motion::new(Vec3::x(), Vec3::y());
             cut.rates(arm, &twist, &mut vec![0.0; n]).unwrap();
-            answer = cut.reach_on(arm, 3, &mut b).unwrap();
+            answer = cut.resume_inverse_kinematics(arm, 3, &mut b).unwrap();
             portions += 1;
         }
         assert_eq!((once, &a), (answer, &b));
@@ -191,8 +198,9 @@ fn centring_finds_the_least_of_the_known_minima() {
         let mut q = row[n..2 * n].to_vec();
         let prefer = Prefer::centred().starts(120);
         let goal = Goal::pose(X);
-        let best =
-            robot.reach_best(arm, &goal, Frame::Base, &prefer, &Effort::default(), &mut q).unwrap();
+        let best = robot
+            .inverse_kinematics_best(arm, &goal, Frame::Base, &prefer, &Effort::default(), &mut q)
+            .unwrap();
         let cost: f64 = (0..n)
             .map(|i| 0.5 * ((q[i] - 0.5 * (low[i] + high[i])) / (high[i] - low[i])).powi(2))
             .sum();
@@ -231,7 +239,9 @@ fn centring_from_one_start_ends_in_a_minimum() {
             let mut rng = Rng(seed);
             let mut q: Vec<f64> = (0..n).map(|i| rng.within(low[i], high[i])).collect();
             let (prefer, effort) = (Prefer::centred(), Effort::default());
-            let best = robot.reach_best(arm, &goal, Frame::Base, &prefer, &effort, &mut q).unwrap();
+            let best = robot
+                .inverse_kinematics_best(arm, &goal, Frame::Base, &prefer, &effort, &mut q)
+                .unwrap();
             // Not every start leads to the goal.
             if best.outcome != Outcome::Met {
                 continue;
@@ -256,7 +266,8 @@ fn centring_from_one_start_ends_in_a_minimum() {
                     continue;
                 }
                 let effort = Effort::one_start();
-                let told = robot.reach(arm, &goal, Frame::Base, &effort, &mut other).unwrap();
+                let told =
+                    robot.inverse_kinematics(arm, &goal, Frame::Base, &effort, &mut other).unwrap();
                 let moved = difference(&other, &q);
                 assert!(told.outcome == Outcome::Met && (3e-3..2e-2).contains(&moved), "{moved}");
                 let rise = cost(&other) - best.cost;
@@ -287,10 +298,12 @@ fn the_nearest_to_the_start_is_found() {
         };
         let mut plain = start.clone();
         let effort = Effort::default();
-        robot.reach(arm, &goal, Frame::Base, &effort, &mut plain).unwrap();
+        robot.inverse_kinematics(arm, &goal, Frame::Base, &effort, &mut plain).unwrap();
         let mut near = start.clone();
         let prefer = Prefer::near().starts(8);
-        let best = robot.reach_best(arm, &goal, Frame::Base, &prefer, &effort, &mut near).unwrap();
+        let best = robot
+            .inverse_kinematics_best(arm, &goal, Frame::Base, &prefer, &effort, &mut near)
+            .unwrap();
         assert_eq!(best.outcome, Outcome::Met);
         assert!((best.cost - cost(&near)).abs() < 1e-12 && within(&json, &near));
         assert!(best.cost <= cost(&plain) + 1e-12, "{} {}", best.cost, cost(&plain));
@@ -307,7 +320,7 @@ fn the_nearest_to_the_start_is_found() {
                 continue;
             }
             let effort = Effort::one_start();
-            robot.reach(arm, &goal, Frame::Base, &effort, &mut other).unwrap();
+            robot.inverse_kinematics(arm, &goal, Frame::Base, &effort, &mut other).unwrap();
             if (3e-3..2e-2).contains(&difference(&other, &near)) {
                 assert!(cost(&other) > best.cost, "{} {}", cost(&other), best.cost);
                 ways += 1;
@@ -328,11 +341,11 @@ fn manipulability_rises_along_the_null_space() {
         let x = numbers(row);
         let goal = Goal::pose(pose(&x[2 * n..]));
         let mut plain = x[n..2 * n].to_vec();
-        robot.reach(arm, &goal, Frame::Base, &Effort::default(), &mut plain).unwrap();
+        robot.inverse_kinematics(arm, &goal, Frame::Base, &Effort::default(), &mut plain).unwrap();
         // From a solution on: the first start is met at once, and improved.
         let mut liked = plain.clone();
         let best = robot
-            .reach_best(
+            .inverse_kinematics_best(
                 arm,
                 &goal,
                 Frame::Base,
@@ -385,8 +398,9 @@ fn a_part_moves_alone_and_its_goal_may_be_in_the_world() {
         X.position + Vec3::new(0.02, 0.05, -0.04),
     );
     let start = q.clone();
-    let answer =
-        robot.reach(left, &Goal::pose(there), Frame::World, &Effort::default(), &mut q).unwrap();
+    let answer = robot
+        .inverse_kinematics(left, &Goal::pose(there), Frame::World, &Effort::default(), &mut q)
+        .unwrap();
     assert_eq!(answer.outcome, Outcome::Met);
     assert_eq!(robot.q(), &start[..], "the robot's own q does not change");
     for i in (0..model.nq()).filter(|i| !dofs.contains(i)) {
@@ -397,11 +411,18 @@ fn a_part_moves_alone_and_its_goal_may_be_in_the_world() {
     assert!(p < 2e-9 && R < 2e-9);
     // Position alone; two joints of a neck meet a direction only in part, and say so.
     let answer = robot
-        .reach(left, &Goal::position(X.position), Frame::World, &Effort::default(), &mut q)
+        .inverse_kinematics(
+            left,
+            &Goal::position(X.position),
+            Frame::World,
+            &Effort::default(),
+            &mut q,
+        )
         .unwrap();
     assert_eq!((answer.outcome, answer.residual.orientation), (Outcome::Met, 0.0));
     let up = Goal::orientation(Quat::from_scaled_axis(Vec3::new(1.0, 0.0, 0.0)));
-    let answer = robot.reach(neck, &up, Frame::World, &Effort::default(), &mut q).unwrap();
+    let answer =
+        robot.inverse_kinematics(neck, &up, Frame::World, &Effort::default(), &mut q).unwrap();
     assert_eq!(answer.outcome, Outcome::Nearest);
     assert!(answer.residual.orientation > 0.1);
 }
@@ -422,7 +443,7 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let ok = Goal::position(Vec3::new(0.85, 0.3, 0.0));
     let mut refuse = |part, goal: Goal, effort: Effort, start: &[f64]| {
         let mut q = start.to_vec();
-        let e = robot.reach(part, &goal, Frame::World, &effort, &mut q).unwrap_err();
+        let e = robot.inverse_kinematics(part, &goal, Frame::World, &effort, &mut q).unwrap_err();
         assert!(difference(&q, start) == 0.0 || start.iter().any(|x| x.is_nan()));
         e
     };
@@ -443,8 +464,11 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     assert!(matches!(refuse(arm, ok, loose, &[0.0; 2]), RobotError::OutOfRange { .. }));
     let mut q = [0.0; 2];
     let none = Prefer { centred: 0.0, ..Prefer::centred() };
-    assert!(robot.reach_best(arm, &ok, Frame::World, &none, &normal, &mut q).is_err());
-    assert_eq!(robot.reach(arm, &ok, Frame::World, &normal, &mut q).unwrap().outcome, Outcome::Met);
+    assert!(robot.inverse_kinematics_best(arm, &ok, Frame::World, &none, &normal, &mut q).is_err());
+    assert_eq!(
+        robot.inverse_kinematics(arm, &ok, Frame::World, &normal, &mut q).unwrap().outcome,
+        Outcome::Met
+    );
 }
 
 /// A tip at a place with one axis given, in the world and in the base of its chain; the turn about the axis is free, so that limits leave more.
@@ -466,7 +490,8 @@ fn an_axis_in_place_of_an_attitude() {
             .and_pointing(Pointing::along(axis, B.rotation.inverse() * along));
         for (goal, frame) in [(world, Frame::World), (base, Frame::Base)] {
             let mut q = model.multibody().neutral_q();
-            let answer = robot.reach(left, &goal, frame, &Effort::default(), &mut q).unwrap();
+            let answer =
+                robot.inverse_kinematics(left, &goal, frame, &Effort::default(), &mut q).unwrap();
             if answer.outcome == Outcome::Met {
                 robot.set_q(&q).unwrap();
                 let Y = robot.tip_pose(left).unwrap();
@@ -479,11 +504,15 @@ fn an_axis_in_place_of_an_attitude() {
     assert!(met >= 78, "{met} of 80");
     let mut q = model.multibody().neutral_q();
     let bad = Goal::pointing(Pointing::along(Vec3::z(), Vec3::z() * 2.0));
-    let told =
-        robot.reach(left, &bad, Frame::World, &Effort::default(), &mut q).unwrap_err().to_string();
+    let told = robot
+        .inverse_kinematics(left, &bad, Frame::World, &Effort::default(), &mut q)
+        .unwrap_err()
+        .to_string();
     assert!(told.contains("length 1"), "{told}");
     let wide = Goal::pointing(Pointing::along(Vec3::z(), Vec3::z()).within(4.0));
-    let told =
-        robot.reach(left, &wide, Frame::World, &Effort::default(), &mut q).unwrap_err().to_string();
+    let told = robot
+        .inverse_kinematics(left, &wide, Frame::World, &Effort::default(), &mut q)
+        .unwrap_err()
+        .to_string();
     assert!(told.contains("cone"), "{told}");
 }

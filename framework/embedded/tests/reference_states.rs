@@ -172,7 +172,9 @@ fn trimmers_in_a_hand_weigh_what_the_reference_says() {
             robot.set_object_q(tool, &[state["trimmers_angle"].as_f64().unwrap()]).unwrap();
             let (mut tau, mut pin) = (vec![0.0; nv], [0.0]);
             let own = (&[0.0][..], &[0.0][..]);
-            robot.feed_forward_with((&rest, &rest), tool, own, &[], &mut tau, &mut pin).unwrap();
+            robot
+                .feed_forward_with_object((&rest, &rest), tool, own, &[], &mut tau, &mut pin)
+                .unwrap();
             let theirs = to_v(&model, &at, &numbers(&state["gravity_trimmers"]));
             let size = theirs.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
             worst[0] = worst[0].max(difference(&tau, &theirs) / size);

@@ -608,7 +608,8 @@ fn push_button() {
     let to = |r: &mut Robot, X: Pose| {
         let mut q = touch.clone();
         let effort = Effort { tolerances: [1e-12; 2], ..Effort::default() };
-        let answer = r.reach(left, &Goal::pose(X), Frame::World, &effort, &mut q).unwrap();
+        let answer =
+            r.inverse_kinematics(left, &Goal::pose(X), Frame::World, &effort, &mut q).unwrap();
         assert_eq!(answer.outcome, Outcome::Met);
         r.set_q(&q).unwrap();
         q

@@ -85,7 +85,8 @@ fn meets(robot: &mut Robot, part: Part, X: &Pose, near: &[f64]) {
         q[s.q.start] += if up { 0.3 } else { -0.3 };
     }
     let effort = Effort { tolerances: [4e-10; 2], ..Effort::default() };
-    let answer = robot.reach(part, &Goal::pose(*X), Frame::World, &effort, &mut q).unwrap();
+    let answer =
+        robot.inverse_kinematics(part, &Goal::pose(*X), Frame::World, &effort, &mut q).unwrap();
     assert_eq!(answer.outcome, Outcome::Met);
     let before = robot.q().to_vec();
     robot.set_q(&q).unwrap();
@@ -264,7 +265,7 @@ fn change_tyre() {
     let friction =
         |most: f64| lines.map(|normal| Friction { normal, coefficient, radius: 0.02, most });
     let held = robot.grip(tyre, &[half; 2], &friction(f64::INFINITY)).unwrap();
-    assert_eq!(held.missing, 0.0);
+    assert_eq!(held.shortfall, 0.0);
     let tips = [left, right].map(|p| robot.tip_pose(p).unwrap());
     for (w, (line, tip)) in held.wrenches.iter().zip(lines.iter().zip(&tips)) {
         let press = w.force.dot(&(tip.rotation * line).normalize());
@@ -272,7 +273,7 @@ fn change_tyre() {
     }
     // Hands that may press by a newton less cannot hold it.
     let weak = robot.grip(tyre, &[half; 2], &friction(force - 1.0)).unwrap();
-    assert!(weak.missing > 0.1, "{weak:?}");
+    assert!(weak.shortfall > 0.1, "{weak:?}");
     // What holds is returned as it is, to the bit: the least force lies between two that differ by 2e-8 of it.
     for (share, holds) in [(1.0 + 1e-8, true), (1.0 - 1e-8, false)] {
         let mut given = [half; 2];
@@ -281,13 +282,13 @@ fn change_tyre() {
         }
         let told = robot.grip(tyre, &given, &friction(f64::INFINITY)).unwrap();
         assert_eq!(told.wrenches == given, holds, "{share}: {told:?}");
-        assert_eq!(told.missing, 0.0);
+        assert_eq!(told.shortfall, 0.0);
     }
     let mut squeeze = vec![0.0; model.nv()];
     let wrenches = robot.squeeze(tyre, force, &mut squeeze).unwrap();
     task.forces("squeeze_torques", &squeeze);
     let weights = HandWeights { hands: [1.0, 1.0], moment: 100.0 };
-    let told = robot.move_squeeze(tyre, &wrenches, &weights).unwrap();
+    let told = robot.split_hand_wrenches(tyre, &wrenches, &weights).unwrap();
     let norm = |w: &Force| w.force.norm() + w.moment.norm();
     assert!(norm(&told.net) < 1e-9 && told.moving.iter().all(|w| norm(w) < 1e-9));
     robot.ungrasp(tyre).unwrap();
@@ -519,7 +520,8 @@ fn push_button() {
         let mut q = task.q("q_touch");
         let to = Pose::new(at("touch_pose").rotation, face + axis * x);
         let effort = Effort { tolerances: [1e-12; 2], ..Effort::default() };
-        let answer = robot.reach(left, &Goal::pose(to), Frame::World, &effort, &mut q).unwrap();
+        let answer =
+            robot.inverse_kinematics(left, &Goal::pose(to), Frame::World, &effort, &mut q).unwrap();
         assert_eq!(answer.outcome, Outcome::Met);
         robot.set_q(&q).unwrap();
         let tip = robot.tip_pose(left).unwrap().position;

@@ -69,7 +69,7 @@ fn two_arms_with_one_waist_reach_two_poses_as_the_floor_below_does() {
     let model = torso();
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(&model);
-    let mut search = WholeReach::new(&robot, 2);
+    let mut search = WholeBodyIk::new(&robot, 2);
     // The floor below, on the same mechanism with tips as nodes.
     let mbs = model.multibody();
     let tree = Tree::new(mbs);
@@ -80,7 +80,7 @@ fn two_arms_with_one_waist_reach_two_poses_as_the_floor_below_does() {
         let start = inside(&model, 1000 + seed);
         let goals = [TipGoal::new(left, Goal::pose(X[0])), TipGoal::new(right, Goal::pose(X[1]))];
         let mut q = start.clone();
-        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
         assert_eq!(answer.outcome, Outcome::Met, "{seed}");
         for (Y, X) in tips(&mut robot, &q, &[left, right]).iter().zip(&X) {
             let (p, R) = apart(Y, X);
@@ -105,7 +105,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
     let model = torso();
     let [left, right, neck] = ["left", "right", "neck"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(&model);
-    let mut search = WholeReach::new(&robot, 3);
+    let mut search = WholeBodyIk::new(&robot, 3);
     let waist: Vec<usize> = model.dofs(model.part("trunk").unwrap()).unwrap().to_vec();
     for seed in 0..20 {
         let X = tips(&mut robot, &inside(&model, seed), &[left, right]);
@@ -118,14 +118,14 @@ fn a_hand_is_moved_as_the_other_sees_it() {
                 .seen_from(Frame::Tip(right)),
         ];
         let mut q = inside(&model, 500 + seed);
-        let answer = search.reach(&robot, &goals[..2], &Effort::default(), &mut q).unwrap();
+        let answer = search.solve(&robot, &goals[..2], &Effort::default(), &mut q).unwrap();
         assert_eq!(answer.outcome, Outcome::Met, "{seed}");
         let Y = tips(&mut robot, &q, &[left, right]);
         let (p, R) = apart(&(Y[0].inverse() * Y[1]), &apart_wanted);
         assert!(p <= 2e-9 && R <= 2e-9, "{p:e} {R:e}");
         assert!((Y[0].position - X[0].position).norm() <= 2e-9);
         // With the head, which may have to stay short of it.
-        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
         let Y = tips(&mut robot, &q, &[left, right, neck]);
         let look = (Y[1].position - Y[2].position).normalize();
         let off = (Y[2].rotation * Vec3::x()).angle(&look);
@@ -146,7 +146,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
     let mut q = start.clone();
     let goal = [TipGoal::new(left, near).seen_from(Frame::Base)];
     assert_eq!(
-        search.reach(&robot, &goal, &Effort::default(), &mut q).unwrap().outcome,
+        search.solve(&robot, &goal, &Effort::default(), &mut q).unwrap().outcome,
         Outcome::Met
     );
     assert!(waist.iter().all(|d| q[*d] == start[*d]));
@@ -154,7 +154,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
     assert!(right_arm.iter().all(|d| q[*d] == start[*d]), "nothing asked it to move");
     // The same by the chain alone.
     let mut alone = start.clone();
-    robot.reach(left, &near, Frame::Base, &Effort::default(), &mut alone).unwrap();
+    robot.inverse_kinematics(left, &near, Frame::Base, &Effort::default(), &mut alone).unwrap();
     robot.set_q(&alone).unwrap();
     let (p, R) = apart(
         &(robot.base_pose(left).unwrap().inverse() * robot.tip_pose(left).unwrap()),
@@ -167,8 +167,13 @@ fn a_hand_is_moved_as_the_other_sees_it() {
     for d in waist.iter().chain(right_arm) {
         alone[*d] = start[*d];
     }
-    let answer =
-        robot.reach(left, &Goal::pose(seen), Frame::Tip(right), &Effort::default(), &mut alone);
+    let answer = robot.inverse_kinematics(
+        left,
+        &Goal::pose(seen),
+        Frame::Tip(right),
+        &Effort::default(),
+        &mut alone,
+    );
     assert_eq!(answer.unwrap().outcome, Outcome::Met);
     let (p, R) = apart(&tips(&mut robot, &alone, &[left])[0], &X);
     assert!(p <= 2e-9 && R <= 2e-9);
@@ -182,12 +187,12 @@ fn near_pose(goal: &Goal) -> Pose {
 fn held(model: &Arc<RobotModel>) -> (Robot, Pose) {
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(model);
-    let mut search = WholeReach::new(&robot, 2);
+    let mut search = WholeBodyIk::new(&robot, 2);
     let turn = |a: f64| Quat::from_scaled_axis(Vec3::z() * a);
     let at = |y: f64, a: f64| Goal::pose(Pose::new(turn(a), Vec3::new(0.5, y, 1.25)));
     let goals = [TipGoal::new(left, at(0.15, -1.0)), TipGoal::new(right, at(-0.15, 1.0))];
     let mut q = model.multibody().neutral_q();
-    let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+    let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
     assert_eq!(answer.outcome, Outcome::Met);
     robot.set_q(&q).unwrap();
     let object = model.object("box").unwrap();
@@ -204,7 +209,7 @@ fn what_two_hands_hold_stays_held() {
     let model = torso();
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let (mut robot, between) = held(&model);
-    let mut search = WholeReach::new(&robot, 2);
+    let mut search = WholeBodyIk::new(&robot, 2);
     let home = robot.q().to_vec();
     let X = robot.tip_pose(left).unwrap();
     let (mut met, mut nearest) = (0, 0);
@@ -216,7 +221,7 @@ fn what_two_hands_hold_stays_held() {
         let goal = Goal::pose(Pose::new(X.rotation, X.position + shift));
         let mut q = if k % 2 == 0 { home.clone() } else { inside(&model, k as u64) };
         let goals = [TipGoal::new(left, goal)];
-        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
         let own = robot.q().to_vec();
         let Y = tips(&mut robot, &q, &[left, right]);
         let (p, R) = apart(&(Y[0].inverse() * Y[1]), &between);
@@ -246,7 +251,7 @@ fn what_two_hands_hold_stays_held() {
                         .collect();
                     clamp(&model, &mut other);
                     robot.set_q(&own).unwrap();
-                    closer.reach(&robot, &[], &Effort::default(), &mut other).unwrap();
+                    closer.solve(&robot, &[], &Effort::default(), &mut other).unwrap();
                     let there = cost(&other, &mut robot);
                     assert!(there >= least - 1e-9, "{k}, {seed}: {there} {least}");
                 }
@@ -264,7 +269,7 @@ fn what_two_hands_hold_stays_held() {
     robot.update_grasp(left, object, hold.hand.1 * Pose::translation(0.01, 0.0, 0.0)).unwrap();
     robot.release(right, object).unwrap();
     let mut q = home.clone();
-    search.reach(&robot, &[TipGoal::new(left, Goal::pose(X))], &Effort::default(), &mut q).unwrap();
+    search.solve(&robot, &[TipGoal::new(left, Goal::pose(X))], &Effort::default(), &mut q).unwrap();
     assert_eq!(search.closures().count(), 0, "one hand holds nothing closed");
 }
 
@@ -274,7 +279,7 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let (mut robot, grasp) = held(&model);
     let mut q = robot.q().to_vec();
-    let mut search = WholeReach::new(&robot, 1);
+    let mut search = WholeBodyIk::new(&robot, 1);
     let all: Vec<usize> = (0..model.nv()).collect();
     search.keep(&all).unwrap();
     let wrist = *model.dofs(right).unwrap().last().unwrap();
@@ -283,7 +288,7 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
     let shoulder = model.dofs(left).unwrap()[0];
     q[shoulder] += 0.2;
     let before = q.clone();
-    let error = search.reach(&robot, &[], &Effort::default(), &mut q).unwrap_err();
+    let error = search.solve(&robot, &[], &Effort::default(), &mut q).unwrap_err();
     let RobotError::DoesNotClose { closure, position, orientation } = error else {
         panic!("{error}")
     };
@@ -319,16 +324,16 @@ fn the_same_whatever_was_before_and_in_portions() {
         let p = Vec3::new(0.5 + 0.9 * f64::from(k % 2), 0.1 * f64::from(k), 1.2);
         [TipGoal::new(left, Goal::position(p))]
     };
-    let mut used = WholeReach::new(&robot, 1);
+    let mut used = WholeBodyIk::new(&robot, 1);
     for k in 0..4 {
         let mut a = inside(&model, k.into());
         let (mut b, mut c) = (a.clone(), a.clone());
-        let once = used.reach(&robot, &goals(k), &Effort::default(), &mut a).unwrap();
-        let mut fresh = WholeReach::new(&robot, 1);
+        let once = used.solve(&robot, &goals(k), &Effort::default(), &mut a).unwrap();
+        let mut fresh = WholeBodyIk::new(&robot, 1);
         fresh.begin(&robot, &goals(k), &Effort::default(), &b).unwrap();
         let mut whole = robot.clone();
         loop {
-            let answer = fresh.go_on(3, &mut b).unwrap();
+            let answer = fresh.resume(3, &mut b).unwrap();
             // Other calls in between; a clone goes on as this one.
             whole.tip_pose(right).unwrap();
             fresh = fresh.clone();
@@ -337,7 +342,7 @@ fn the_same_whatever_was_before_and_in_portions() {
                 break;
             }
         }
-        let again = used.clone().reach(&robot, &goals(k), &Effort::default(), &mut c).unwrap();
+        let again = used.clone().solve(&robot, &goals(k), &Effort::default(), &mut c).unwrap();
         assert_eq!((&a, &a, once), (&b, &c, again));
     }
 }
@@ -347,7 +352,7 @@ fn the_best_of_what_is_met_is_the_same_along_the_null_space() {
     let model = torso();
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let (mut robot, between) = held(&model);
-    let mut search = WholeReach::new(&robot, 1);
+    let mut search = WholeBodyIk::new(&robot, 1);
     let X = robot.tip_pose(left).unwrap();
     let goals = [TipGoal::new(left, Goal::position(X.position + Vec3::new(0.03, 0.02, 0.04)))];
     let home = robot.q().to_vec();
@@ -360,7 +365,7 @@ fn the_best_of_what_is_met_is_the_same_along_the_null_space() {
         each.sum()
     };
     let mut plain = home.clone();
-    search.reach(&robot, &goals, &Effort::default(), &mut plain).unwrap();
+    search.solve(&robot, &goals, &Effort::default(), &mut plain).unwrap();
     let mut last = f64::INFINITY;
     for starts in [1, 6] {
         let mut q = home.clone();
@@ -399,15 +404,15 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let model = torso();
     let [left, ends] = ["left", "ends"].map(|p| model.part(p).unwrap());
     let robot = Robot::new(&model);
-    let mut search = WholeReach::new(&robot, 1);
+    let mut search = WholeBodyIk::new(&robot, 1);
     let ok = TipGoal::new(left, Goal::position(Vec3::new(0.5, 0.2, 1.2)));
     let home = model.multibody().neutral_q();
     let mut q = home.clone();
     let normal = Effort::default();
-    assert!(matches!(search.go_on(5, &mut q), Err(RobotError::NoSearch { .. })));
+    assert!(matches!(search.resume(5, &mut q), Err(RobotError::NoSearch { .. })));
     let mut refuse = |goals: &[TipGoal], start: &[f64]| {
         let mut q = start.to_vec();
-        let e = search.reach(&robot, goals, &normal, &mut q).unwrap_err();
+        let e = search.solve(&robot, goals, &normal, &mut q).unwrap_err();
         assert!(start.iter().zip(&q).all(|(a, b)| a.to_bits() == b.to_bits()));
         e
     };
@@ -432,13 +437,14 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     assert!(matches!(search.begin(&other, &[ok], &normal, &home), Err(RobotError::ForeignHandle)));
     assert!(search.keep(&[99]).unwrap_err().to_string().contains("below nv"));
     let loose = Effort { tolerances: [0.0, 1e-9], ..normal };
-    assert!(search.reach(&robot, &[], &loose, &mut q).is_err());
+    assert!(search.solve(&robot, &[], &loose, &mut q).is_err());
     let mut robot = robot;
     let none = Prefer { centred: 0.0, ..Prefer::centred() };
     assert!(search.best(&mut robot, &[ok], &none, &normal, &mut q).is_err());
     // One chain alone: a frame that moves with it.
     let trunk = model.part("trunk").unwrap();
-    let told = robot.reach(trunk, &ok.goal, Frame::Tip(left), &normal, &mut q).unwrap_err();
+    let told =
+        robot.inverse_kinematics(trunk, &ok.goal, Frame::Tip(left), &normal, &mut q).unwrap_err();
     assert!(told.to_string().contains("moves with the chain"), "{told}");
 }
 
@@ -449,7 +455,7 @@ fn no_search_takes_more_steps_than_the_worst_case() {
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let (mut robot, _) = held(&model);
     let free = Robot::new(&model);
-    let mut search = WholeReach::new(&robot, 2);
+    let mut search = WholeBodyIk::new(&robot, 2);
     let mut share = [0.0_f64; 2];
     for k in 0..48 {
         let tolerances = [[1e-9; 2], [1e-3; 2], [1e-15; 2], [1e-300; 2]][k % 4];
@@ -461,7 +467,7 @@ fn no_search_takes_more_steps_than_the_worst_case() {
         let goal = Goal::pose(at).weights(1.0, 0.2);
         let start = inside(&model, 100 + k as u64);
         let mut q = start.clone();
-        let answer = robot.reach(left, &goal, Frame::World, &effort, &mut q).unwrap();
+        let answer = robot.inverse_kinematics(left, &goal, Frame::World, &effort, &mut q).unwrap();
         let most = effort.worst_case_steps(&goal);
         assert!(answer.kinematics <= most, "{k}: {} of {most}", answer.kinematics);
         share[0] = share[0].max(answer.kinematics as f64 / most as f64);
@@ -471,7 +477,7 @@ fn no_search_takes_more_steps_than_the_worst_case() {
             let mut q = start.clone();
             search.begin(robot, goals, &effort, &q).unwrap();
             let (mut took, most) = (0, search.worst_case_steps(goals, &effort));
-            while let Ok(Answer { outcome: Outcome::Unfinished, .. }) = search.go_on(1, &mut q) {
+            while let Ok(Answer { outcome: Outcome::Unfinished, .. }) = search.resume(1, &mut q) {
                 took += 1;
                 assert!(took <= most, "{k}: {most}");
             }
@@ -526,7 +532,7 @@ fn joints_that_mimic_others_stay_coupled() {
     let model = RobotModel::new(&spec).unwrap();
     let [arm, other] = ["arm", "other"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(&model);
-    let mut search = WholeReach::new(&robot, 2);
+    let mut search = WholeBodyIk::new(&robot, 2);
     let at = |joint: &str| model.coordinate(joint).unwrap().0;
     let [bend, wrist] = [at("bend"), at("wrist")];
     let coupled = |q: &[f64]| (q[wrist] + q[bend] - 0.2).abs();
@@ -539,7 +545,7 @@ fn joints_that_mimic_others_stay_coupled() {
             TipGoal::new(other, Goal::position(X[1].position)),
         ];
         let mut q = inside(&model, 50 + seed);
-        let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
+        let answer = search.solve(&robot, &goals, &Effort::default(), &mut q).unwrap();
         assert_eq!(answer.outcome, Outcome::Met, "{seed}");
         assert!(coupled(&q) <= 1.1e-9, "{:e}", coupled(&q));
         for (Y, X) in tips(&mut robot, &q, &[arm, other]).iter().zip(&X) {
@@ -548,7 +554,7 @@ fn joints_that_mimic_others_stay_coupled() {
         assert_eq!(search.closures().next().unwrap().0, Closure::Coupling { index: 0 });
         // Out of reach: the nearest is coupled.
         let far = [TipGoal::new(arm, Goal::position(Vec3::new(2.0, 0.3, 0.4)))];
-        let answer = search.reach(&robot, &far, &Effort::default(), &mut q).unwrap();
+        let answer = search.solve(&robot, &far, &Effort::default(), &mut q).unwrap();
         assert!(answer.outcome == Outcome::Nearest && coupled(&q) <= 1.1e-9);
         // Stretched: the hand is 0.9 m from the axis of the base, at most.
         assert!((answer.residual.position - (Vec3::new(2.0, 0.3, 0.4).norm() - 0.9)).abs() < 1e-9);
@@ -557,7 +563,8 @@ fn joints_that_mimic_others_stay_coupled() {
     let mut q = model.multibody().neutral_q();
     q[wrist] = 0.2;
     let goal = Goal::position(Vec3::new(0.3, 0.3, -0.2));
-    let told = robot.reach(arm, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
+    let told =
+        robot.inverse_kinematics(arm, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
     let opens = |what| RobotError::OpensClosure { what, closure: Closure::Coupling { index: 0 } };
     assert_eq!(told, opens("a search of one chain"));
     assert!(told.to_string().contains("a search of one chain knows nothing of coupling 0"));
@@ -565,10 +572,13 @@ fn joints_that_mimic_others_stay_coupled() {
     free.mechanism.couplings_mut().clear();
     let free = RobotModel::new(&free).unwrap();
     let (mut alone, mut same) = (q.clone(), q.clone());
-    let a = robot.reach(other, &goal, Frame::World, &Effort::default(), &mut alone).unwrap();
+    let a = robot
+        .inverse_kinematics(other, &goal, Frame::World, &Effort::default(), &mut alone)
+        .unwrap();
     let part = free.part("other").unwrap();
     let mut tree = Robot::new(&free);
-    let b = tree.reach(part, &goal, Frame::World, &Effort::default(), &mut same).unwrap();
+    let b =
+        tree.inverse_kinematics(part, &goal, Frame::World, &Effort::default(), &mut same).unwrap();
     assert_eq!((a, &alone), (b, &same));
     // What else would open it says so; kinematics and forces are the tree's.
     let nv = model.nv();
@@ -584,12 +594,12 @@ fn joints_that_mimic_others_stay_coupled() {
     assert_eq!(Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(), opens("a timed way"));
     let mut control = RateControl::new(&robot, 1, 0);
     let guards = Guards { horizon: 0.1, manipulable: &[] };
-    let wish = [Wish::new(0, Aim::Posture(&zero))];
-    let told = control.solve(&mut robot, &wish, &guards, &mut zero.clone(), &mut [0.0]);
+    let objective = [Objective::new(0, Aim::Posture(&zero))];
+    let told = control.solve(&mut robot, &objective, &guards, &mut zero.clone(), &mut [0.0]);
     assert_eq!(told.unwrap_err(), opens("a control of rates"));
     let mut body = WholeBody::new(&robot, 0, 1);
     let out = (&mut zero.clone()[..], &mut zero.clone()[..], &mut [][..]);
-    let told = body.solve(&mut robot, &zero, &[], &wish, &zero, out);
+    let told = body.solve(&mut robot, &zero, &[], &objective, &zero, out);
     assert_eq!(told.unwrap_err(), opens("a control of forces"));
     let mut memory = Predictor::new(&robot);
     let (mut p, mut v, mut P) = (q.clone(), zero.clone(), vec![0.0; 4 * nv * nv]);
@@ -639,7 +649,7 @@ fn loops_of_the_mechanism_stay_closed() {
     let model = RobotModel::new(&spec).unwrap();
     let [lever, turn] = ["lever", "turn"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(&model);
-    let mut search = WholeReach::new(&robot, 1);
+    let mut search = WholeBodyIk::new(&robot, 1);
     let body = |n: &str| model.multibody().body(n).unwrap();
     let gap = |robot: &mut Robot, q: &[f64]| {
         robot.set_q(q).unwrap();
@@ -650,12 +660,12 @@ fn loops_of_the_mechanism_stay_closed() {
     let mut met = 0;
     for seed in 0..20 {
         let mut there = inside(&model, seed);
-        search.reach(&robot, &[], &Effort::default(), &mut there).unwrap();
+        search.solve(&robot, &[], &Effort::default(), &mut there).unwrap();
         assert!(gap(&mut robot, &there) <= 1.1e-9);
         let X = tips(&mut robot, &there, &[lever])[0];
         let mut q = inside(&model, 70 + seed);
         let goal = [TipGoal::new(lever, Goal::position(X.position))];
-        let answer = search.reach(&robot, &goal, &Effort::default(), &mut q).unwrap();
+        let answer = search.solve(&robot, &goal, &Effort::default(), &mut q).unwrap();
         met += usize::from(answer.outcome == Outcome::Met);
         assert!(gap(&mut robot, &q) <= 1.1e-9);
         let Y = tips(&mut robot, &q, &[lever])[0];
@@ -664,13 +674,18 @@ fn loops_of_the_mechanism_stay_closed() {
     assert!(met >= 18, "{met}");
     let mut q = model.multibody().neutral_q();
     let goal = Goal::position(Vec3::new(0.5, 0.1, 0.2));
-    let told = robot.reach(lever, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
+    let told = robot
+        .inverse_kinematics(lever, &goal, Frame::World, &Effort::default(), &mut q)
+        .unwrap_err();
     let closure = Closure::Loop { index: 0 };
     assert_eq!(told, RobotError::OpensClosure { what: "a search of one chain", closure });
     // What the whole loop stands on moves alone, and straight.
     let ahead = Goal::pointing(Pointing::along(Vec3::x(), Vec3::new(0.6, 0.8, 0.0)));
     assert_eq!(
-        robot.reach(turn, &ahead, Frame::World, &Effort::default(), &mut q).unwrap().outcome,
+        robot
+            .inverse_kinematics(turn, &ahead, Frame::World, &Effort::default(), &mut q)
+            .unwrap()
+            .outcome,
         Outcome::Met
     );
     let still = model.multibody().neutral_q();

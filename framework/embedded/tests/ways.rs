@@ -53,8 +53,8 @@ fn a_way_is_free_and_the_same_each_time() {
     for seed in [1, 2, 3, 1] {
         let search = Search { seed, ..Search::default() };
         let found = planner.plan(&mut robot, &start, &goal, &search).unwrap();
-        assert_eq!(found, Way::Found, "seed {seed}");
-        let way: Vec<Vec<f64>> = planner.way().map(<[f64]>::to_vec).collect();
+        assert_eq!(found, PlanOutcome::Found, "seed {seed}");
+        let way: Vec<Vec<f64>> = planner.path().map(<[f64]>::to_vec).collect();
         assert!(way.len() > 2 && way[0] == start && way[way.len() - 1] == goal);
         for pair in way.windows(2) {
             assert_eq!(robot.path_free(&pair[0], &pair[1], 1e-3).unwrap(), Path::Free);
@@ -72,8 +72,11 @@ fn a_way_is_free_and_the_same_each_time() {
     assert!(ways[0] != ways[1]);
     // Nothing is in the way: straight on.
     let near: Vec<f64> = start.iter().map(|x| x * 1.01).collect();
-    assert_eq!(planner.plan(&mut robot, &start, &near, &Search::default()).unwrap(), Way::Found);
-    assert_eq!(planner.way().len(), 2);
+    assert_eq!(
+        planner.plan(&mut robot, &start, &near, &Search::default()).unwrap(),
+        PlanOutcome::Found
+    );
+    assert_eq!(planner.path().len(), 2);
 }
 
 #[test]
@@ -85,18 +88,18 @@ fn a_search_in_portions_finds_the_same_to_the_bit() {
     let mut cut = Planner::new(&other, arm, 2000).unwrap();
     for (seed, places) in [(1, 1), (2, 3), (3, 7)] {
         let search = Search { seed, ..Search::default() };
-        assert_eq!(whole.plan(&mut robot, &start, &goal, &search).unwrap(), Way::Found);
+        assert_eq!(whole.plan(&mut robot, &start, &goal, &search).unwrap(), PlanOutcome::Found);
         let mut told = cut.begin(&mut other, &start, &goal, &search).unwrap();
         let mut portions = 0;
-        while told == Way::Unfinished {
-            told = cut.go_on(&mut other, places).unwrap();
+        while told == PlanOutcome::Unfinished {
+            told = cut.resume(&mut other, places).unwrap();
             portions += 1;
         }
         assert!(portions > 1, "{portions} portions say nothing");
-        assert_eq!(told, Way::Found);
-        assert!(whole.way().eq(cut.way()), "seed {seed}");
+        assert_eq!(told, PlanOutcome::Found);
+        assert!(whole.path().eq(cut.path()), "seed {seed}");
         // Nothing is left to go on with.
-        assert_eq!(cut.go_on(&mut other, 1).unwrap(), Way::NotFound);
+        assert_eq!(cut.resume(&mut other, 1).unwrap(), PlanOutcome::NotFound);
     }
 }
 
@@ -108,10 +111,10 @@ fn searches_allocate_nothing() {
     let mut planner = Planner::new(&robot, arm, 2000).unwrap();
     let counted = allocation_counter::measure(|| {
         let search = Search::default();
-        assert_eq!(planner.plan(&mut robot, &start, &goal, &search).unwrap(), Way::Found);
+        assert_eq!(planner.plan(&mut robot, &start, &goal, &search).unwrap(), PlanOutcome::Found);
         planner.begin(&mut robot, &start, &goal, &search).unwrap();
-        while planner.go_on(&mut robot, 3).unwrap() == Way::Unfinished {}
-        assert!(planner.way().len() > 1);
+        while planner.resume(&mut robot, 3).unwrap() == PlanOutcome::Unfinished {}
+        assert!(planner.path().len() > 1);
         planner.plan(&mut robot, &start, &start[1..], &search).unwrap_err();
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");
@@ -125,8 +128,8 @@ fn what_cannot_be_is_told() {
     let mut robot = Robot::new(&model);
     let mut planner = Planner::new(&robot, arm_part, 20).unwrap();
     let search = Search { step: 0.1, ..Search::default() };
-    assert_eq!(planner.plan(&mut robot, &start, &goal, &search).unwrap(), Way::NotFound);
-    assert_eq!(planner.way().len(), 0);
+    assert_eq!(planner.plan(&mut robot, &start, &goal, &search).unwrap(), PlanOutcome::NotFound);
+    assert_eq!(planner.path().len(), 0);
     let mut hit = goal.clone();
     let [upper, finger] = ["upper", "finger"].map(|b| {
         let id = model.multibody().body(b).unwrap();
@@ -134,8 +137,14 @@ fn what_cannot_be_is_told() {
     });
     (hit[upper], hit[upper + 1]) = (0.2, 0.0);
     let pair = robot.first_hit(&hit).unwrap().unwrap();
-    assert_eq!(planner.plan(&mut robot, &hit, &goal, &search), Ok(Way::BlockedStart { pair }));
-    assert_eq!(planner.plan(&mut robot, &start, &hit, &search), Ok(Way::BlockedGoal { pair }));
+    assert_eq!(
+        planner.plan(&mut robot, &hit, &goal, &search),
+        Ok(PlanOutcome::BlockedStart { pair })
+    );
+    assert_eq!(
+        planner.plan(&mut robot, &start, &hit, &search),
+        Ok(PlanOutcome::BlockedGoal { pair })
+    );
     let mut plan = |start: &[f64], goal: &[f64], search: &Search| {
         planner.plan(&mut robot, start, goal, search).unwrap_err().to_string()
     };
@@ -178,10 +187,10 @@ fn an_arm_of_two_finds_its_way() {
             continue;
         }
         let told = planner.plan(&mut robot, &pair[0], &goal, &Search::default()).unwrap();
-        if told != Way::Found {
+        if told != PlanOutcome::Found {
             continue;
         }
-        let way: Vec<Vec<f64>> = planner.way().map(<[f64]>::to_vec).collect();
+        let way: Vec<Vec<f64>> = planner.path().map(<[f64]>::to_vec).collect();
         for pair in way.windows(2) {
             assert_eq!(robot.path_free(&pair[0], &pair[1], 1e-3).unwrap(), Path::Free);
         }
@@ -224,7 +233,9 @@ fn nothing_tears_an_object_from_a_hand() {
     robot.grasp(right, bar, Grasp::Here).unwrap();
     let closure = Closure::Hands { object: 0 };
     let opens = RobotError::OpensClosure { what: "a straight way", closure };
-    assert!(opens.to_string().contains("the grasp of object 0 by two hands\n  help: `WholeReach`"));
+    assert!(
+        opens.to_string().contains("the grasp of object 0 by two hands\n  help: `WholeBodyIk`")
+    );
     assert_eq!(robot.path_free(&q, &turned("right"), 1e-2), Err(opens));
     let told = planner.plan(&mut robot, &q, &turned("right"), &Search::default());
     assert_eq!(told, Err(opens));

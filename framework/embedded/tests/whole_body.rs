@@ -87,7 +87,7 @@ fn solve(
     robot: &mut Robot,
     v: &[f64],
     touches: &[Touch],
-    wishes: &[Wish<'_>],
+    objectives: &[Objective<'_>],
     effort: &[f64],
 ) -> Found {
     let nv = v.len();
@@ -95,7 +95,7 @@ fn solve(
     let (mut tau, mut vdot) = (vec![0.0; nv], vec![0.0; nv]);
     let mut forces = vec![Vec3::zeros(); touches.len()];
     let out = (&mut tau[..], &mut vdot[..], &mut forces[..]);
-    let told = whole.solve(robot, v, touches, wishes, effort, out).unwrap();
+    let told = whole.solve(robot, v, touches, objectives, effort, out).unwrap();
     Found { told, tau, vdot, forces }
 }
 
@@ -138,10 +138,10 @@ fn a_standing_robot_carries_its_weight() {
     robot.set_q(&crouched(&model)).unwrap();
     let (trunk, effort) = efforts(&model, 200.0);
     let (v, still, touches) = (vec![0.0; model.nv()], vec![0.0; model.nv()], touches(&model, 0.6));
-    let wishes = [Wish::new(0, Aim::Posture(&still))];
-    let found = solve(&mut robot, &v, &touches, &wishes, &effort);
+    let objectives = [Objective::new(0, Aim::Posture(&still))];
+    let found = solve(&mut robot, &v, &touches, &objectives, &effort);
     assert!(found.told.unbalanced < 1e-8 && found.told.slipping < 1e-8, "{:?}", found.told);
-    assert_eq!(found.told.missing, 0.0);
+    assert_eq!(found.told.shortfall, 0.0);
     let weight = robot.center_of_mass().0 * 9.81;
     let sum: Vec3 = found.forces.iter().sum();
     assert!((sum - Vec3::z() * weight).norm() < 1e-7 * weight, "{sum}");
@@ -186,8 +186,9 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
 
     let asked = Vec3::new(0.8, -0.5, 0.6);
     let posture: Vec<f64> = (0..nv).map(|_| rng.within(-3.0, 3.0)).collect();
-    let wishes = [Wish::new(1, Aim::Posture(&posture)), Wish::new(0, Aim::Center(asked))];
-    let found = solve(&mut robot, &v, &touches, &wishes, &effort);
+    let objectives =
+        [Objective::new(1, Aim::Posture(&posture)), Objective::new(0, Aim::Center(asked))];
+    let found = solve(&mut robot, &v, &touches, &objectives, &effort);
     assert!(found.told.unbalanced < 1e-7 && found.told.slipping < 1e-6, "{:?}", found.told);
     assert!(keeps_the_equations(&mut robot, &v, &touches, &found) < 1e-6);
     let c = acceleration(&mut robot, &q, &v, &found.vdot, |r| r.center_of_mass().1);
@@ -202,7 +203,7 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
         assert!(f.x.hypot(f.y) <= 0.7 * f.z + 1e-9, "{f}");
     }
     // Asked the other way round, the posture is nearer and the centre of mass is not met.
-    let turned = [Wish::new(0, Aim::Posture(&posture)), Wish::new(1, Aim::Center(asked))];
+    let turned = [Objective::new(0, Aim::Posture(&posture)), Objective::new(1, Aim::Center(asked))];
     let other = solve(&mut robot, &v, &touches, &turned, &effort);
     let far = |f: &Found| f.vdot.iter().zip(&posture).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
     assert!(far(&other) < 0.99 * far(&found));
@@ -211,9 +212,9 @@ fn contacts_hold_while_it_moves_and_wishes_come_in_order() {
     // A tip, seen from the second differences again; its foot lets go.
     let part = touches[1].part;
     let motion = Motion::new(Vec3::new(0.5, -1.0, 2.0), Vec3::new(1.0, 0.3, 2.0));
-    let wishes = [Wish::new(0, Aim::Tip { part, motion, rows: Rows::Linear })];
+    let objectives = [Objective::new(0, Aim::Tip { part, motion, rows: Rows::Linear })];
     let three = [touches[0], touches[2], touches[3]];
-    let found = solve(&mut robot, &v, &three, &wishes, &effort);
+    let found = solve(&mut robot, &v, &three, &objectives, &effort);
     let a = acceleration(&mut robot, &q, &v, &found.vdot, |r| r.tip_pose(part).unwrap().position);
     assert!((a - motion.linear).norm() < 1e-5, "{a}");
 }
@@ -226,14 +227,14 @@ fn friction_bounds_what_is_asked() {
     robot.set_q(&crouched(&model)).unwrap();
     let (_, effort) = efforts(&model, f64::INFINITY);
     let (v, touches) = (vec![0.0; model.nv()], touches(&model, 0.4));
-    let wishes = [
-        Wish::new(0, Aim::Center(Vec3::new(0.0, 0.0, 0.0))).weight(1.0),
-        Wish::new(1, Aim::Center(Vec3::new(9.0, 0.0, 0.0))),
+    let objectives = [
+        Objective::new(0, Aim::Center(Vec3::new(0.0, 0.0, 0.0))).weight(1.0),
+        Objective::new(1, Aim::Center(Vec3::new(9.0, 0.0, 0.0))),
     ];
-    let still = solve(&mut robot, &v, &touches, &wishes, &effort);
+    let still = solve(&mut robot, &v, &touches, &objectives, &effort);
     let sum: Vec3 = still.forces.iter().sum();
     assert!(sum.x.abs() < 1e-6, "the level before holds: {sum}");
-    let found = solve(&mut robot, &v, &touches, &wishes[1..], &effort);
+    let found = solve(&mut robot, &v, &touches, &objectives[1..], &effort);
     let sum: Vec3 = found.forces.iter().sum();
     let mut edge = 0.0_f64;
     for f in &found.forces {
@@ -251,22 +252,22 @@ fn what_cannot_be_is_told() {
     let mut robot = Robot::new(&model);
     robot.set_q(&crouched(&model)).unwrap();
     let (v, still, all) = (vec![0.0; model.nv()], vec![0.0; model.nv()], touches(&model, 0.6));
-    let wishes = [Wish::new(0, Aim::Posture(&still))];
+    let objectives = [Objective::new(0, Aim::Posture(&still))];
     let (_, weak) = efforts(&model, 2.0);
     // Contacts alone are asked for: the rest may fall, so that nothing is missing; with the feet on the ground and the trunk asked to stay the joints tire.
-    let found = solve(&mut robot, &v, &all, &wishes, &weak);
+    let found = solve(&mut robot, &v, &all, &objectives, &weak);
     let most = |f: &Found, e: &[f64]| {
         f.tau.iter().zip(e).filter(|x| *x.1 > 0.0).map(|(t, e)| t.abs() / e).fold(0.0, f64::max)
     };
-    assert!(most(&found, &weak) <= 1.0 + found.told.missing + 1e-9);
+    assert!(most(&found, &weak) <= 1.0 + found.told.shortfall + 1e-9);
     assert!(keeps_the_equations(&mut robot, &v, &all, &found) < 1e-6);
     assert!(difference(&found.vdot, &still) > 0.1, "2 N m do not carry it");
     // Feet pressed no harder than 1 N: the trunk falls, and says so by its acceleration.
     let soft: Vec<Touch> = all.iter().map(|t| Touch { most: 1.0, ..*t }).collect();
     let (_, strong) = efforts(&model, 500.0);
-    let found = solve(&mut robot, &v, &soft, &wishes, &strong);
+    let found = solve(&mut robot, &v, &soft, &objectives, &strong);
     let greatest = found.forces.iter().map(|f| f.z).fold(0.0, f64::max);
-    assert!(greatest <= (1.0 + found.told.missing) * (1.0 + 1e-9), "{greatest} {:?}", found.told);
+    assert!(greatest <= (1.0 + found.told.shortfall) * (1.0 + 1e-9), "{greatest} {:?}", found.told);
     // A trunk whose hinge is held by nothing and no foot: it falls freely.
     let none = solve(&mut robot, &v, &[], &[], &strong);
     assert!(none.told.unbalanced < 1e-8);
@@ -277,7 +278,7 @@ fn what_cannot_be_is_told() {
     let mut whole = WholeBody::new(&robot, 1, 1);
     let nv = model.nv();
     let (mut tau, mut vdot, mut f) = (vec![0.0; nv], vec![0.0; nv], [Vec3::zeros()]);
-    let mut say = |v: &[f64], t: &[Touch], w: &[Wish<'_>], e: &[f64]| {
+    let mut say = |v: &[f64], t: &[Touch], w: &[Objective<'_>], e: &[f64]| {
         let out = (&mut tau[..], &mut vdot[..], &mut f[..t.len().min(1)]);
         whole.solve(&mut robot, v, t, w, e, out).unwrap_err().to_string()
     };
@@ -287,9 +288,9 @@ fn what_cannot_be_is_told() {
     assert!(say(&v, &all, &[], &strong).contains("room"));
     assert!(say(&v[1..], &[], &[], &strong).contains("numbers"));
     assert!(say(&v, &[], &[], &strong[1..]).contains("numbers"));
-    let nan = Wish::new(0, Aim::Center(Vec3::repeat(f64::NAN)));
+    let nan = Objective::new(0, Aim::Center(Vec3::repeat(f64::NAN)));
     assert!(say(&v, &[], &[nan], &strong).contains("NaN"));
-    assert!(say(&v, &[], &[wishes[0].weight(0.0)], &strong).contains("weight"));
+    assert!(say(&v, &[], &[objectives[0].weight(0.0)], &strong).contains("weight"));
     let mut negative = strong.clone();
     negative[9] = -1.0;
     assert!(say(&v, &[], &[], &negative).contains("effort"));
@@ -303,9 +304,9 @@ fn the_same_bits_without_allocation() {
     let (_, effort) = efforts(&model, 60.0);
     let (v, touches) = (model.multibody().random_v(4), touches(&model, 0.5));
     let still = vec![0.0; model.nv()];
-    let wishes = [
-        Wish::new(0, Aim::Center(Vec3::new(0.3, 0.0, 0.1))),
-        Wish::new(3, Aim::Posture(&still)).weight(0.1),
+    let objectives = [
+        Objective::new(0, Aim::Center(Vec3::new(0.3, 0.0, 0.1))),
+        Objective::new(3, Aim::Posture(&still)).weight(0.1),
     ];
     let mut whole = WholeBody::new(&robot, 4, 4);
     let mut kept = [vec![0.0; model.nv()], vec![0.0; model.nv()]];
@@ -316,8 +317,8 @@ fn the_same_bits_without_allocation() {
     let counted = allocation_counter::measure(|| {
         for tau in &mut kept {
             let out = (&mut tau[..], &mut vdot[..], &mut forces[..]);
-            whole.solve(&mut robot, &v, &touches, &wishes, &effort, out).unwrap();
-            control.solve(&mut robot, &wishes, &guards, &mut vdot, &mut residuals).unwrap();
+            whole.solve(&mut robot, &v, &touches, &objectives, &effort, out).unwrap();
+            control.solve(&mut robot, &objectives, &guards, &mut vdot, &mut residuals).unwrap();
         }
     });
     assert_eq!(counted.count_total, 0, "{counted:?}");

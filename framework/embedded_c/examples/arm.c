@@ -89,7 +89,7 @@ int main(int argc, char **argv) {
 
   const LwGoal goal = {.pose.position = {0.5, 0.2, 0.5}, .weights = {1.0, 1.0}, .parts = LW_GOAL_POSITION};
   LwAnswer answer;
-  ROBOT(lw_robot_reach(robot, arm, &goal, NULL, q, NV, &answer));
+  ROBOT(lw_robot_inverse_kinematics(robot, arm, &goal, NULL, q, NV, &answer));
   if (answer.outcome != LW_OUTCOME_MET) {
     fprintf(stderr, "not reached: %g m are missing\n", answer.position);
     return 1;
@@ -101,7 +101,7 @@ int main(int argc, char **argv) {
   LwManipulability able;
   ROBOT(lw_robot_manipulability(robot, arm, LW_ROWS_LINEAR, 0.0, &able, NULL, 0));
   print("manipulability", &able.w, 1);
-  const LwWish up_wish = {
+  const LwObjective up_wish = {
       .kind = LW_WISH_TIP, .weight = 1.0, .motion = {0, 0, 0, 0, 0, 0.2}, .part = arm, .rows = LW_ROWS_LINEAR};
   const LwGuard guard = {.least = 0.01, .part = arm};
   double rates[NV];
@@ -113,10 +113,10 @@ int main(int argc, char **argv) {
   double rows[ROWS * NV], on_the_way[3 * NV];
   const LwPose beside = {{0.62, 0.25, 0.5}, {0.0, 0.0, 0.0, 1.0}};
   ROBOT(lw_robot_put(robot, cup, &beside));
-  LwWay way;
+  LwPlan way;
   ROBOT(lw_planner_plan(robot, planner, q, home, NV, NULL, SIZE_MAX, &way));
-  if (way.outcome != LW_WAY_OUTCOME_FOUND || way.rows > ROWS) return 1;
-  ROBOT(lw_planner_way(robot, planner, rows, way.rows * NV));
+  if (way.outcome != LW_PLAN_OUTCOME_FOUND || way.rows > ROWS) return 1;
+  ROBOT(lw_planner_path(robot, planner, rows, way.rows * NV));
   const LwMotionLimits limits = {.acceleration = most, .n = NV};
   LwTimed timed;
   ROBOT(lw_timing_plan(robot, timing, rows, way.rows * NV, &limits, 0.0, &timed));

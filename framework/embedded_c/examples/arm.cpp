@@ -36,7 +36,7 @@ static void run(const std::string &folder) {
   robot.jacobian(arm, J);
   print("jacobian", J);
 
-  const LwAnswer answer = robot.reach(arm, position_goal({0.5, 0.2, 0.5}), q);
+  const LwAnswer answer = robot.inverse_kinematics(arm, position_goal({0.5, 0.2, 0.5}), q);
   if (answer.outcome != LW_OUTCOME_MET) throw std::runtime_error("not reached");
   print("q", q);
   robot.set_q(q);
@@ -44,7 +44,7 @@ static void run(const std::string &folder) {
   const LwManipulability able = robot.manipulability(arm, LW_ROWS_LINEAR);
   print("manipulability", {&able.w, 1});
   RateControl control(robot, 1, 1);
-  const LwWish up = tip_wish(0, arm, {0, 0, 0, 0, 0, 0.2}, LW_ROWS_LINEAR);
+  const LwObjective up = tip_wish(0, arm, {0, 0, 0, 0, 0, 0.2}, LW_ROWS_LINEAR);
   const LwGuard guard{0.01, arm};
   std::vector<double> rates(nv);
   control.solve(robot, {&up, 1}, 0.05, rates, {&guard, 1});
@@ -52,10 +52,10 @@ static void run(const std::string &folder) {
 
   robot.put(cup, LwPose{{0.62, 0.25, 0.5}, {0, 0, 0, 1}});
   Planner planner(robot, arm, 100);
-  const LwWay found = planner.plan(robot, q, std::vector{1.2, 0.4, -0.9});
-  if (found.outcome != LW_WAY_OUTCOME_FOUND) throw std::runtime_error("no way");
+  const LwPlan found = planner.plan(robot, q, std::vector{1.2, 0.4, -0.9});
+  if (found.outcome != LW_PLAN_OUTCOME_FOUND) throw std::runtime_error("no way");
   std::vector<double> way(found.rows * nv), at(nv), v(nv), vdot(nv);
-  planner.way(robot, way);
+  planner.path(robot, way);
   Timing timing(robot, 16, 640);
   const std::vector<double> most(nv, 4.0);
   const LwTimed timed = timing.plan(robot, way, LwMotionLimits{nullptr, most.data(), nullptr, nullptr, nv});

@@ -234,9 +234,9 @@ pub unsafe extern "C" fn lw_builder_packages(
     }
 }
 
-/// Before the robot is read: its loops and couplings, such as joints that mimic others, are kept. `lw_whole_reach_solve` and `lw_whole_reach_best` keep them closed. Kinematics, collisions,
+/// Before the robot is read: its loops and couplings, such as joints that mimic others, are kept. `lw_whole_body_ik_solve` and `lw_whole_body_ik_best` keep them closed. Kinematics, collisions,
 /// masses and forces are those of the tree at the q given, as if every coordinate had a motor of its own. What would open them is `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and ways of a
-/// chain that takes part in them, ways between configurations, wishes, operational space, predictions, timings and transfers.
+/// chain that takes part in them, ways between configurations, objectives, operational space, predictions, timings and transfers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_builder_keep_closures(builder: *mut LwBuilder) -> LwStatus {
     // SAFETY: the caller's promises.

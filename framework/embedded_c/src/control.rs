@@ -1,4 +1,4 @@
-//! Rates and forces for several wishes in order of priority.
+//! Rates and forces for several objectives in order of priority.
 
 use crate::edge::{self, Out, alone, disjoint, motion, numbers, numbers_mut, value, vec3};
 use crate::robot::{Instance, LwRobot};
@@ -7,7 +7,7 @@ use crate::task::rows;
 use crate::tool::{FEW, Tool, lend, room};
 use linkwork_embedded::spatial::Vec3;
 use linkwork_embedded::{
-    Aim, Guards, Part, RateControl, RobotError, Touch, WholeBody, Wish, support_margin,
+    Aim, Guards, Objective, Part, RateControl, RobotError, Touch, WholeBody, support_margin,
     support_polygon,
 };
 
@@ -21,7 +21,7 @@ pub const LW_WISH_POSTURE: u32 = 2;
 /// One thing that is asked, of rates (`lw_rate_control_solve`) or of accelerations (`lw_whole_body_solve`). What its kind does not use is not read.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LwWish {
+pub struct LwObjective {
     /// One of `LW_WISH_..`.
     pub kind: u32,
     /// Lower ones come first; those of one level are met together, in the sense of least squares.
@@ -77,26 +77,26 @@ pub struct LwBalanced {
     /// Accelerations of what should stand still, m/s^2: contacts that contradict each other.
     pub slipping: f64,
     /// By which share all limits of effort and of normal forces would have to be larger.
-    pub missing: f64,
+    pub shortfall: f64,
 }
 
-/// Memory of rates for wishes. For robots of one model, and one call at a time.
+/// Memory of rates for objectives. For robots of one model, and one call at a time.
 pub struct LwRateControl(Tool<Rates>);
 
 struct Rates {
     control: RateControl,
-    wishes: Wishes,
+    objectives: Wishes,
     guards: Vec<(Part, f64)>,
     chains: usize,
     residuals: Vec<f64>,
 }
 
-/// Memory of forces for wishes with contacts. For robots of one model, and one call at a time.
+/// Memory of forces for objectives with contacts. For robots of one model, and one call at a time.
 pub struct LwWholeBody(Tool<Body>);
 
 struct Body {
     body: WholeBody,
-    wishes: Wishes,
+    objectives: Wishes,
     touches: Vec<Touch>,
     room: usize,
     forces: Vec<Vec3>,
@@ -104,7 +104,7 @@ struct Body {
 
 /// Wishes of a call. Their postures are the caller's memory: the list is filled anew before it is read.
 struct Wishes {
-    all: Vec<Wish<'static>>,
+    all: Vec<Objective<'static>>,
     room: usize,
 }
 
@@ -118,18 +118,18 @@ impl Wishes {
     unsafe fn take(
         &mut self,
         r: &Instance,
-        p: *const LwWish,
+        p: *const LwObjective,
         count: usize,
         written: &[(&'static str, *mut f64, usize)],
     ) -> Result<(), Fault> {
         self.all.clear();
         let room = self.room;
         if count > room {
-            return Err(RobotError::NoRoom { what: "wishes", wanted: count, room }.into());
+            return Err(RobotError::NoRoom { what: "objectives", wanted: count, room }.into());
         }
         for k in 0..count {
             // SAFETY: the caller has `count` of them; one by one, since none of them may be there.
-            let w = unsafe { value("wishes", p.wrapping_add(k)) }?;
+            let w = unsafe { value("objectives", p.wrapping_add(k)) }?;
             let aim = match w.kind {
                 LW_WISH_TIP => {
                     let (part, rows) = (r.part(w.part)?, rows(w.rows, w.length)?);
@@ -150,7 +150,7 @@ impl Wishes {
                     return Err(Fault::Choice { what, value, help });
                 }
             };
-            self.all.push(Wish { level: w.level as usize, weight: w.weight, aim });
+            self.all.push(Objective { level: w.level as usize, weight: w.weight, aim });
         }
         Ok(())
     }
@@ -161,11 +161,11 @@ impl Wishes {
     }
 }
 
-/// Memory of `lw_rate_control_solve` with room for so many wishes and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
+/// Memory of `lw_rate_control_solve` with room for so many objectives and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_rate_control_new(
     robot: *mut LwRobot,
-    wishes: usize,
+    objectives: usize,
     guards: usize,
     out: *mut *mut LwRateControl,
 ) -> LwStatus {
@@ -173,13 +173,14 @@ pub unsafe extern "C" fn lw_rate_control_new(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
-            let (wishes, chains) = (room("wishes", wishes, FEW)?, room("guards", guards, FEW)?);
+            let (objectives, chains) =
+                (room("objectives", objectives, FEW)?, room("guards", guards, FEW)?);
             let rates = Rates {
-                control: RateControl::new(&r.robot, wishes, chains),
-                wishes: Wishes::new(wishes),
+                control: RateControl::new(&r.robot, objectives, chains),
+                objectives: Wishes::new(objectives),
                 guards: Vec::with_capacity(chains),
                 chains,
-                residuals: vec![0.0; wishes],
+                residuals: vec![0.0; objectives],
             };
             out.set(Box::into_raw(Box::new(LwRateControl(Tool::new(r, rates)))));
             Ok(())
@@ -194,7 +195,7 @@ pub unsafe extern "C" fn lw_rate_control_free(control: *mut LwRateControl) {
     unsafe { edge::free(control) }
 }
 
-/// Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each wish as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
+/// Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each objective as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
 /// the time `horizon` (s, above zero: a few periods of the control) at the earliest; so may the least manipulability of each of the `guard_count` chains in `guards`: towards a singular
 /// configuration a chain slows down. What is missing, |J v - asked| with weights, into `residuals`, a number for each level in their order (`levels`: how many different ones there are; NULL
 /// and 0: not asked for). A coordinate outside its limits comes back as fast as it may.
@@ -203,7 +204,7 @@ pub unsafe extern "C" fn lw_rate_control_free(control: *mut LwRateControl) {
 pub unsafe extern "C" fn lw_rate_control_solve(
     robot: *mut LwRobot,
     control: *mut LwRateControl,
-    wishes: *const LwWish,
+    objectives: *const LwObjective,
     wish_count: usize,
     horizon: f64,
     guards: *const LwGuard,
@@ -217,11 +218,11 @@ pub unsafe extern "C" fn lw_rate_control_solve(
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let mut control = lend("control", control, |c| &c.0, r)?;
-            let Rates { control, wishes: own, guards: chains, chains: room, residuals: left } =
+            let Rates { control, objectives: own, guards: chains, chains: room, residuals: left } =
                 &mut *control;
             let written = [("v", v, n), ("residuals", residuals, levels)];
             disjoint(&[], &written)?;
-            own.take(r, wishes, wish_count, &written)?;
+            own.take(r, objectives, wish_count, &written)?;
             if guard_count > *room {
                 let (what, wanted, room) = ("guards", guard_count, *room);
                 return Err(RobotError::NoRoom { what, wanted, room }.into());
@@ -246,22 +247,23 @@ pub unsafe extern "C" fn lw_rate_control_solve(
     }
 }
 
-/// Memory of `lw_whole_body_solve` with room for so many touching points and wishes (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
+/// Memory of `lw_whole_body_solve` with room for so many touching points and objectives (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_new(
     robot: *mut LwRobot,
     touches: usize,
-    wishes: usize,
+    objectives: usize,
     out: *mut *mut LwWholeBody,
 ) -> LwStatus {
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
-            let (touches, wishes) = (room("touches", touches, FEW)?, room("wishes", wishes, FEW)?);
+            let (touches, objectives) =
+                (room("touches", touches, FEW)?, room("objectives", objectives, FEW)?);
             let body = Body {
-                body: WholeBody::new(&r.robot, touches, wishes),
-                wishes: Wishes::new(wishes),
+                body: WholeBody::new(&r.robot, touches, objectives),
+                objectives: Wishes::new(objectives),
                 touches: Vec::with_capacity(touches),
                 room: touches,
                 forces: vec![Vec3::zeros(); touches],
@@ -280,7 +282,7 @@ pub unsafe extern "C" fn lw_whole_body_free(body: *mut LwWholeBody) {
 }
 
 /// Forces into `tau`, accelerations into `vdot`, at the robot's q and rates `v`, and forces on the robot at the `touch_count` touching points into `forces` (3 numbers each, world axes, N):
-/// first the balance of what nothing drives, then contacts that do not slip, then limits, then the wishes (accelerations) by levels, at last the least effort. `effort`: limits of force, N m
+/// first the balance of what nothing drives, then contacts that do not slip, then limits, then the objectives (accelerations) by levels, at last the least effort. `effort`: limits of force, N m
 /// and N; zero where nothing drives, infinite for none. `v`, `effort`, `tau`, `vdot`: `n` = nv each. What could not be done is an answer, in `out`, with the best motion there is.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_whole_body_solve(
@@ -291,7 +293,7 @@ pub unsafe extern "C" fn lw_whole_body_solve(
     n: usize,
     touches: *const LwTouch,
     touch_count: usize,
-    wishes: *const LwWish,
+    objectives: *const LwObjective,
     wish_count: usize,
     tau: *mut f64,
     vdot: *mut f64,
@@ -303,7 +305,7 @@ pub unsafe extern "C" fn lw_whole_body_solve(
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
             let mut body = lend("body", body, |b| &b.0, r)?;
-            let Body { body, wishes: own, touches: points, room, forces: pressed } = &mut *body;
+            let Body { body, objectives: own, touches: points, room, forces: pressed } = &mut *body;
             if touch_count > *room {
                 let (what, wanted, room) = ("touches", touch_count, *room);
                 return Err(RobotError::NoRoom { what, wanted, room }.into());
@@ -311,7 +313,7 @@ pub unsafe extern "C" fn lw_whole_body_solve(
             let count = 3 * touch_count;
             let written = [("tau", tau, n), ("vdot", vdot, n), ("forces", forces, count)];
             disjoint(&[("v", v, n), ("effort", effort, n)], &written)?;
-            own.take(r, wishes, wish_count, &written)?;
+            own.take(r, objectives, wish_count, &written)?;
             points.clear();
             for k in 0..touch_count {
                 let t = value("touches", touches.wrapping_add(k))?;
@@ -336,7 +338,7 @@ pub unsafe extern "C" fn lw_whole_body_solve(
                 to.copy_from_slice(f.as_slice());
             }
             let (unbalanced, slipping) = (told.unbalanced, told.slipping);
-            out.set(LwBalanced { unbalanced, slipping, missing: told.missing });
+            out.set(LwBalanced { unbalanced, slipping, shortfall: told.shortfall });
             Ok(())
         })
     }

@@ -60,7 +60,7 @@ pub struct LwShared {
 /// What two hands do to an object, told apart: first hand, then second, each about its own tip.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LwMoveSqueeze {
+pub struct LwHandWrenches {
     /// What moves the object.
     pub moving: [LwWrench; 2],
     /// What only squeezes it.
@@ -90,7 +90,7 @@ pub struct LwGripped {
     /// On the object: first hand, then second, each about its own tip.
     pub wrenches: [LwWrench; 2],
     /// 0 when both hold. Else no wrenches do: the least force by which cones and limits would have to be wider, N; the wrenches are those that would hold then.
-    pub missing: f64,
+    pub shortfall: f64,
 }
 
 /// # Safety
@@ -185,7 +185,7 @@ pub unsafe extern "C" fn lw_robot_squeeze(
 
 /// Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second, each about its tip), at the robot's q.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_exert(
+pub unsafe extern "C" fn lw_robot_add_hand_wrenches(
     robot: *mut LwRobot,
     object: u32,
     wrenches: *const LwWrench,
@@ -197,7 +197,7 @@ pub unsafe extern "C" fn lw_robot_exert(
         alone(robot, LwRobot::parts, |r| {
             let (wrenches, object) = (both(wrenches)?, r.object(object)?);
             let tau = numbers_mut("tau", tau, n, r.model().nv())?;
-            Ok(r.robot.exert(object, &wrenches, tau)?)
+            Ok(r.robot.add_hand_wrenches(object, &wrenches, tau)?)
         })
     }
 }
@@ -205,12 +205,12 @@ pub unsafe extern "C" fn lw_robot_exert(
 /// Tells the wrenches of two hands on an object (2: first hand, then second, each about its tip) apart into `out`: what moves it, of least weighted sum of squares, and what only squeezes
 /// it. `weights` (3 numbers, above zero): of the first hand, of the second, and of 1 N m against 1 N (1/m^2).
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_move_squeeze(
+pub unsafe extern "C" fn lw_robot_split_hand_wrenches(
     robot: *mut LwRobot,
     object: u32,
     wrenches: *const LwWrench,
     weights: *const f64,
-    out: *mut LwMoveSqueeze,
+    out: *mut LwHandWrenches,
 ) -> LwStatus {
     // SAFETY: the caller's promises.
     unsafe {
@@ -219,8 +219,8 @@ pub unsafe extern "C" fn lw_robot_move_squeeze(
             let wrenches = both(wrenches)?;
             let [a, b, moment] = value("weights", weights.cast::<[f64; 3]>())?;
             let weights = HandWeights { hands: [a, b], moment };
-            let told = r.robot.move_squeeze(object, &wrenches, &weights)?;
-            out.set(LwMoveSqueeze {
+            let told = r.robot.split_hand_wrenches(object, &wrenches, &weights)?;
+            out.set(LwHandWrenches {
                 moving: told.moving.map(LwWrench::from),
                 squeezing: told.squeezing.map(LwWrench::from),
                 net: told.net.into(),
@@ -252,7 +252,7 @@ pub unsafe extern "C" fn lw_robot_grip(
             });
             let told = r.robot.grip(object, &wrenches, &friction)?;
             let wrenches = told.wrenches.map(LwWrench::from);
-            out.set(LwGripped { wrenches, missing: told.missing });
+            out.set(LwGripped { wrenches, shortfall: told.shortfall });
             Ok(())
         })
     }

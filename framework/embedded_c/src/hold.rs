@@ -190,7 +190,7 @@ pub unsafe extern "C" fn lw_robot_set_object_q(
 /// As `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each) while the joints of a held object move: `rates` and `accelerations` of theirs, and into `forces` what they take
 /// (`m` each: how many it has). Joints of other objects stand still.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_feed_forward_with(
+pub unsafe extern "C" fn lw_robot_feed_forward_with_object(
     robot: *mut LwRobot,
     v: *const f64,
     vdot: *const f64,
@@ -226,7 +226,7 @@ pub unsafe extern "C" fn lw_robot_feed_forward_with(
             let tau = numbers_mut("tau", tau, n, nv)?;
             let forces = numbers_mut("forces", forces, m, own)?;
             let own = (rates, accelerations);
-            Ok(r.robot.feed_forward_with((v, vdot), object, own, &r.pushes, tau, forces)?)
+            Ok(r.robot.feed_forward_with_object((v, vdot), object, own, &r.pushes, tau, forces)?)
         })
     }
 }
@@ -344,7 +344,7 @@ pub unsafe extern "C" fn lw_robot_object_body_pose(
 /// The mass matrix at the robot's q with the m joints of an object that it holds in the last rows and columns, into `M` (nv + m rows of nv + m, row after row; `n` = their product). Joints of
 /// other objects stand still.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_mass_matrix_with(
+pub unsafe extern "C" fn lw_robot_mass_matrix_with_object(
     robot: *mut LwRobot,
     object: u32,
     M: *mut f64,
@@ -356,7 +356,7 @@ pub unsafe extern "C" fn lw_robot_mass_matrix_with(
             let object = r.object(object)?;
             let size = r.model().nv() + object_sizes(r.model(), object)?.1;
             let M = numbers_mut("M", M, n, size * size)?;
-            Ok(r.robot.mass_matrix_with(object, M)?)
+            Ok(r.robot.mass_matrix_with_object(object, M)?)
         })
     }
 }

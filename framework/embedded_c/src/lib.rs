@@ -10,7 +10,7 @@
 //! reach     inverse kinematics
 //! together  the same of several tips at once
 //! task      manipulability, rates of a tip, operational space
-//! control   rates and forces for wishes in order of priority
+//! control   rates and forces for objectives in order of priority
 //! hold      what hands hold
 //! dual      two hands on one object
 //! mass      momentum, composite inertias, predictions
@@ -84,5 +84,5 @@ const _: fn() = || {
     send::<priorities::LwPriorities>();
     send::<timing::LwTiming>();
     send::<timing::LwTransfer>();
-    send::<together::LwWholeReach>();
+    send::<together::LwWholeBodyIk>();
 };

@@ -5,7 +5,7 @@ use crate::edge::{self, Out, alone, numbers, numbers_mut, value};
 use crate::robot::{Instance, LwRobot};
 use crate::status::{Fault, LwStatus};
 use crate::tool::{MANY, Tool, lend, room};
-use linkwork_embedded::{Path, PathProgress, Planner, RobotError, Search, Way};
+use linkwork_embedded::{Path, PathProgress, PlanOutcome, Planner, RobotError, Search};
 
 /// Whether a path is free.
 #[repr(C)]
@@ -86,8 +86,8 @@ pub struct LwSearch {
 /// How a search for a way ended.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LwWayOutcome {
-    /// `lw_planner_way` gives it: free from end to end.
+pub enum LwPlanOutcome {
+    /// `lw_planner_path` gives it: free from end to end.
     Found,
     /// The start touches something.
     BlockedStart,
@@ -95,33 +95,33 @@ pub enum LwWayOutcome {
     BlockedGoal,
     /// The room was used up. There may be a way, or none.
     NotFound,
-    /// The places asked for were used up; `lw_planner_go_on` goes on.
+    /// The places asked for were used up; `lw_planner_resume` goes on.
     Unfinished,
 }
 
 /// What is told of a way.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LwWay {
+pub struct LwPlan {
     /// How many configurations it has, both ends counted; 0 when none was found.
     pub rows: usize,
     /// Two that touch at a blocked end; else zero.
     pub pair: LwPair,
     /// How the search ended.
-    pub outcome: LwWayOutcome,
+    pub outcome: LwPlanOutcome,
 }
 
-impl LwWay {
-    fn new(way: Way, planner: &Planner) -> Self {
+impl LwPlan {
+    fn new(way: PlanOutcome, planner: &Planner) -> Self {
         let none = LwPair { a: 0, b: 0 };
         let (outcome, pair) = match way {
-            Way::Found => (LwWayOutcome::Found, none),
-            Way::BlockedStart { pair } => (LwWayOutcome::BlockedStart, pair.into()),
-            Way::BlockedGoal { pair } => (LwWayOutcome::BlockedGoal, pair.into()),
-            Way::NotFound => (LwWayOutcome::NotFound, none),
-            Way::Unfinished => (LwWayOutcome::Unfinished, none),
+            PlanOutcome::Found => (LwPlanOutcome::Found, none),
+            PlanOutcome::BlockedStart { pair } => (LwPlanOutcome::BlockedStart, pair.into()),
+            PlanOutcome::BlockedGoal { pair } => (LwPlanOutcome::BlockedGoal, pair.into()),
+            PlanOutcome::NotFound => (LwPlanOutcome::NotFound, none),
+            PlanOutcome::Unfinished => (LwPlanOutcome::Unfinished, none),
         };
-        Self { rows: planner.way().len(), pair, outcome }
+        Self { rows: planner.path().len(), pair, outcome }
     }
 }
 
@@ -218,7 +218,7 @@ pub unsafe extern "C" fn lw_planner_plan(
     n: usize,
     search: *const LwSearch,
     places: usize,
-    out: *mut LwWay,
+    out: *mut LwPlan,
 ) -> LwStatus {
     // SAFETY: the caller's promises.
     unsafe {
@@ -233,10 +233,10 @@ pub unsafe extern "C" fn lw_planner_plan(
             let nq = r.model().nq();
             let (start, goal) = (numbers("start", start, n, nq)?, numbers("goal", goal, n, nq)?);
             let mut way = planner.begin(&mut r.robot, start, goal, &how)?;
-            if way == Way::Unfinished {
-                way = planner.go_on(&mut r.robot, places)?;
+            if way == PlanOutcome::Unfinished {
+                way = planner.resume(&mut r.robot, places)?;
             }
-            out.set(LwWay::new(way, &planner));
+            out.set(LwPlan::new(way, &planner));
             Ok(())
         })
     }
@@ -244,28 +244,28 @@ pub unsafe extern "C" fn lw_planner_plan(
 
 /// Goes on with an unfinished search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_planner_go_on(
+pub unsafe extern "C" fn lw_planner_resume(
     robot: *mut LwRobot,
     planner: *mut LwPlanner,
     places: usize,
-    out: *mut LwWay,
+    out: *mut LwPlan,
 ) -> LwStatus {
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let out = Out::new("out", out)?;
             let mut planner = lend("planner", planner, |p| &p.0, r)?;
-            let way = planner.go_on(&mut r.robot, places)?;
-            out.set(LwWay::new(way, &planner));
+            let way = planner.resume(&mut r.robot, places)?;
+            out.set(LwPlan::new(way, &planner));
             Ok(())
         })
     }
 }
 
 /// The way that was found last, into `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all coordinates move in proportion; `n`: nq times the
-/// `rows` of `LwWay`.
+/// `rows` of `LwPlan`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_planner_way(
+pub unsafe extern "C" fn lw_planner_path(
     robot: *mut LwRobot,
     planner: *mut LwPlanner,
     way: *mut f64,
@@ -276,8 +276,8 @@ pub unsafe extern "C" fn lw_planner_way(
         alone(robot, LwRobot::parts, |r| {
             let planner = lend("planner", planner, |p| &p.0, r)?;
             let nq = r.model().nq();
-            let to = numbers_mut("way", way, n, nq * planner.way().len())?;
-            for (to, q) in to.chunks_exact_mut(nq.max(1)).zip(planner.way()) {
+            let to = numbers_mut("way", way, n, nq * planner.path().len())?;
+            for (to, q) in to.chunks_exact_mut(nq.max(1)).zip(planner.path()) {
                 to.copy_from_slice(q);
             }
             Ok(())

@@ -106,7 +106,7 @@ pub enum LwOutcome {
     Met,
     /// No start led there: this is the nearest of all.
     Nearest,
-    /// The effort was used up; `lw_robot_reach_on` goes on.
+    /// The effort was used up; `lw_robot_resume_inverse_kinematics` goes on.
     Unfinished,
 }
 
@@ -234,7 +234,7 @@ impl Closed {
     }
 }
 
-/// The effort that `lw_robot_reach` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
+/// The effort that `lw_robot_inverse_kinematics` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_effort_default(out: *mut LwEffort) -> LwStatus {
     let Effort { tolerances, steps, restarts, kinematics } = Effort::default();
@@ -251,7 +251,7 @@ pub unsafe extern "C" fn lw_effort_default(out: *mut LwEffort) -> LwStatus {
 /// Moves the chain's numbers in `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until its tip meets the goal, within
 /// limits. The robot's own q does not change. *Not reached* is an answer, not an error. `effort`: NULL for the default.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_reach(
+pub unsafe extern "C" fn lw_robot_inverse_kinematics(
     robot: *mut LwRobot,
     part: u32,
     goal: *const LwGoal,
@@ -268,16 +268,16 @@ pub unsafe extern "C" fn lw_robot_reach(
             let own = effort_of(effort)?;
             let part = r.part(part)?;
             let q = numbers_mut("q", q, n, r.model().nq())?;
-            answer.set(r.robot.reach(part, &goal, frame, &own, q)?.into());
+            answer.set(r.robot.inverse_kinematics(part, &goal, frame, &own, q)?.into());
             Ok(())
         })
     }
 }
 
-/// As `lw_robot_reach`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
+/// As `lw_robot_inverse_kinematics`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
 /// evaluations together. When no start leads there, `q` is the nearest of the last of them.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_reach_best(
+pub unsafe extern "C" fn lw_robot_inverse_kinematics_best(
     robot: *mut LwRobot,
     part: u32,
     goal: *const LwGoal,
@@ -295,7 +295,7 @@ pub unsafe extern "C" fn lw_robot_reach_best(
             let prefer: Prefer = value("prefer", prefer)?.into();
             let (own, part) = (effort_of(effort)?, r.part(part)?);
             let q = numbers_mut("q", q, n, r.model().nq())?;
-            best.set(r.robot.reach_best(part, &goal, frame, &prefer, &own, q)?.into());
+            best.set(r.robot.inverse_kinematics_best(part, &goal, frame, &prefer, &own, q)?.into());
             Ok(())
         })
     }
@@ -303,7 +303,7 @@ pub unsafe extern "C" fn lw_robot_reach_best(
 
 /// Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_reach_on(
+pub unsafe extern "C" fn lw_robot_resume_inverse_kinematics(
     robot: *mut LwRobot,
     part: u32,
     kinematics: usize,
@@ -316,7 +316,7 @@ pub unsafe extern "C" fn lw_robot_reach_on(
         alone(robot, LwRobot::parts, |r| {
             let (answer, part) = (Out::new("answer", answer)?, r.part(part)?);
             let q = numbers_mut("q", q, n, r.model().nq())?;
-            answer.set(r.robot.reach_on(part, kinematics, q)?.into());
+            answer.set(r.robot.resume_inverse_kinematics(part, kinematics, q)?.into());
             Ok(())
         })
     }
@@ -326,7 +326,7 @@ pub unsafe extern "C" fn lw_robot_reach_on(
 /// numbers; 8 rows are always enough), those nearest to `q` (`n`) first, and how many there are into `count`: none is an answer, not an error. `q` says where
 /// what carries the arm is, and of whole turns which are meant. `held`: the place in β of that hinge of seven which stays as it is in `q`; -1: the library chooses it.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_robot_reach_all(
+pub unsafe extern "C" fn lw_robot_inverse_kinematics_all(
     robot: *mut LwRobot,
     part: u32,
     held: i64,
@@ -349,7 +349,7 @@ pub unsafe extern "C" fn lw_robot_reach_all(
             let q = numbers("q", q, n, nq)?;
             let out = numbers_mut("solutions", solutions, all, all)?;
             let form = r.closed.form(part, held)?;
-            count.set(r.robot.reach_all(form, &goal, frame, q, out)?);
+            count.set(r.robot.inverse_kinematics_all(form, &goal, frame, q, out)?);
             Ok(())
         })
     }

@@ -124,7 +124,7 @@ pub unsafe extern "C" fn lw_robot_manipulability(
 
 /// Rates of a chain at the robot's q, into its places of `v` (`n` = nv; the others stay), for which its tip moves as nearly as it can by `twist` (6 numbers: angular, rad/s, then
 /// linear, m/s; at the tip's origin, world axes, seen from the chain's base): of all such rates the least, within limits of rate, and not outward at a limit of a coordinate. What is missing
-/// into `missing` (2 numbers, rad/s and m/s; NULL: not asked for). For several wishes, and guards, see `lw_rate_control_solve`.
+/// into `missing` (2 numbers, rad/s and m/s; NULL: not asked for). For several objectives, and guards, see `lw_rate_control_solve`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_robot_rates(
     robot: *mut LwRobot,

@@ -173,7 +173,7 @@ pub unsafe extern "C" fn lw_timing_free(timing: *mut LwTiming) {
     unsafe { edge::free(timing) }
 }
 
-/// Times a way from rest to rest as fast as limits allow, into `out`: whole configurations (nq numbers each) one after the other in `way` (`n` numbers), as `lw_planner_way` gives them. Where `round` is
+/// Times a way from rest to rest as fast as limits allow, into `out`: whole configurations (nq numbers each) one after the other in `way` (`n` numbers), as `lw_planner_path` gives them. Where `round` is
 /// zero the motion stands still at each corner; else corners are rounded so that no point is farther than `round` from the way (root of the sum of squares of coordinates, rad and m): then
 /// ask `lw_timing_path_free`. `limits`: NULL for those of the model; limits of jerk do not count. With what is held; the robot's own q does not matter. *No motion keeps the limits* is an answer,
 /// not an error. A call that fails may forget the way that was timed before.

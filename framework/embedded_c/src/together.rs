@@ -5,7 +5,7 @@ use crate::reach::{LwAnswer, LwBest, LwEffort, LwGoal, LwOutcome, LwPrefer, effo
 use crate::robot::{Instance, LwRobot};
 use crate::status::{Fault, LwStatus};
 use crate::tool::{FEW, Tool, lend, room};
-use linkwork_embedded::{Answer, Frame, Part, Prefer, RobotError, TipGoal, WholeReach};
+use linkwork_embedded::{Answer, Frame, Part, Prefer, RobotError, TipGoal, WholeBodyIk};
 
 /// In `LwTipGoal.seen_from`: in the world, or in the chain's base with `LW_GOAL_IN_BASE`.
 pub const LW_NO_PART: u32 = u32::MAX;
@@ -23,10 +23,10 @@ pub struct LwTipGoal {
 }
 
 /// A search of the whole, with its memory. For robots of one model, and one call at a time.
-pub struct LwWholeReach(Tool<Whole>);
+pub struct LwWholeBodyIk(Tool<Whole>);
 
 struct Whole {
-    search: WholeReach,
+    search: WholeBodyIk,
     goals: Vec<TipGoal>,
     room: usize,
     /// Goals of the search that was begun.
@@ -100,20 +100,20 @@ impl Whole {
     }
 }
 
-/// Memory of `lw_whole_reach_solve` with room for so many goals (1024 at most) and two hands on every object, into `out`; free it with `lw_whole_reach_free`. It serves every robot of the same model.
+/// Memory of `lw_whole_body_ik_solve` with room for so many goals (1024 at most) and two hands on every object, into `out`; free it with `lw_whole_body_ik_free`. It serves every robot of the same model.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_reach_new(
+pub unsafe extern "C" fn lw_whole_body_ik_new(
     robot: *mut LwRobot,
     goals: usize,
-    out: *mut *mut LwWholeReach,
+    out: *mut *mut LwWholeBodyIk,
 ) -> LwStatus {
     // SAFETY: the caller's promises.
     unsafe {
         alone(robot, LwRobot::parts, |r| {
             let (out, room) = (Out::new("out", out)?, room("goals", goals, FEW)?);
-            let search = WholeReach::new(&r.robot, room);
+            let search = WholeBodyIk::new(&r.robot, room);
             let whole = Whole { search, goals: Vec::with_capacity(room), room, begun: 0 };
-            out.set(Box::into_raw(Box::new(LwWholeReach(Tool::new(r, whole)))));
+            out.set(Box::into_raw(Box::new(LwWholeBodyIk(Tool::new(r, whole)))));
             Ok(())
         })
     }
@@ -121,16 +121,16 @@ pub unsafe extern "C" fn lw_whole_reach_new(
 
 /// Frees it; NULL is none.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_reach_free(search: *mut LwWholeReach) {
+pub unsafe extern "C" fn lw_whole_body_ik_free(search: *mut LwWholeBodyIk) {
     // SAFETY: the caller's promises.
     unsafe { edge::free(search) }
 }
 
 /// Keeps the hinges of a part's bodies where they are in searches from now on. A search that was begun ends.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_reach_keep(
+pub unsafe extern "C" fn lw_whole_body_ik_keep(
     robot: *mut LwRobot,
-    search: *mut LwWholeReach,
+    search: *mut LwWholeBodyIk,
     part: u32,
 ) -> LwStatus {
     // SAFETY: the caller's promises.
@@ -144,9 +144,9 @@ pub unsafe extern "C" fn lw_whole_reach_keep(
 
 /// Lets them move again.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_reach_release(
+pub unsafe extern "C" fn lw_whole_body_ik_release(
     robot: *mut LwRobot,
-    search: *mut LwWholeReach,
+    search: *mut LwWholeBodyIk,
     part: u32,
 ) -> LwStatus {
     // SAFETY: the caller's promises.
@@ -163,9 +163,9 @@ pub unsafe extern "C" fn lw_whole_reach_release(
 /// orientation are the greatest of all goals; those of each, m and rad, go into `residuals` (`m` = 2 `goal_count`; NULL and 0: not asked for).
 /// `LW_STATUS_DOES_NOT_CLOSE` where nothing closes all: `q` is then where it is least open, position and orientation of `answer` are how far.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_reach_solve(
+pub unsafe extern "C" fn lw_whole_body_ik_solve(
     robot: *mut LwRobot,
-    search: *mut LwWholeReach,
+    search: *mut LwWholeBodyIk,
     goals: *const LwTipGoal,
     goal_count: usize,
     effort: *const LwEffort,
@@ -190,17 +190,17 @@ pub unsafe extern "C" fn lw_whole_reach_solve(
             let Whole { search, goals, begun, .. } = &mut *whole;
             search.begin(&r.robot, goals, &own, q)?;
             *begun = goal_count;
-            let told = search.go_on(own.kinematics, q);
+            let told = search.resume(own.kinematics, q);
             whole.tell(told, residuals, answer)
         })
     }
 }
 
-/// Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Answers as `lw_whole_reach_solve`.
+/// Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Answers as `lw_whole_body_ik_solve`.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_reach_go_on(
+pub unsafe extern "C" fn lw_whole_body_ik_resume(
     robot: *mut LwRobot,
-    search: *mut LwWholeReach,
+    search: *mut LwWholeBodyIk,
     kinematics: usize,
     q: *mut f64,
     n: usize,
@@ -218,18 +218,18 @@ pub unsafe extern "C" fn lw_whole_reach_go_on(
             let wanted = if asked { 2 * whole.begun } else { 0 };
             let residuals = numbers_mut("residuals", residuals, m, wanted)?;
             let q = numbers_mut("q", q, n, r.model().nq())?;
-            let told = whole.search.go_on(kinematics, q);
+            let told = whole.search.resume(kinematics, q);
             whole.tell(told, residuals, answer)
         })
     }
 }
 
-/// As `lw_whole_reach_solve`, from several starts, each improved among the configurations that meet all goals with everything closed, into `best`: near the middle of the limits of all that
+/// As `lw_whole_body_ik_solve`, from several starts, each improved among the configurations that meet all goals with everything closed, into `best`: near the middle of the limits of all that
 /// moves, and far from singular configurations of the goals' chains. `restarts` of the effort does not count; its `kinematics` bounds all evaluations together. The robot's own q does not change.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_reach_best(
+pub unsafe extern "C" fn lw_whole_body_ik_best(
     robot: *mut LwRobot,
-    search: *mut LwWholeReach,
+    search: *mut LwWholeBodyIk,
     goals: *const LwTipGoal,
     goal_count: usize,
     prefer: *const LwPrefer,
@@ -254,11 +254,11 @@ pub unsafe extern "C" fn lw_whole_reach_best(
     }
 }
 
-/// Evaluations of the kinematics after which `lw_whole_reach_solve` has ended for these goals at the latest, whatever the start, the goals' numbers and what hands hold, into `steps`; SIZE_MAX for more.
+/// Evaluations of the kinematics after which `lw_whole_body_ik_solve` has ended for these goals at the latest, whatever the start, the goals' numbers and what hands hold, into `steps`; SIZE_MAX for more.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn lw_whole_reach_worst_case_steps(
+pub unsafe extern "C" fn lw_whole_body_ik_worst_case_steps(
     robot: *mut LwRobot,
-    search: *mut LwWholeReach,
+    search: *mut LwWholeBodyIk,
     goals: *const LwTipGoal,
     goal_count: usize,
     effort: *const LwEffort,
@@ -276,7 +276,7 @@ pub unsafe extern "C" fn lw_whole_reach_worst_case_steps(
     }
 }
 
-/// Evaluations of the kinematics after which `lw_robot_reach` has ended for such a goal at the latest, whatever the chain, the start and the goal's numbers, into `steps`; SIZE_MAX for more.
+/// Evaluations of the kinematics after which `lw_robot_inverse_kinematics` has ended for such a goal at the latest, whatever the chain, the start and the goal's numbers, into `steps`; SIZE_MAX for more.
 /// What a caller in real time counts on; most searches take a hundredth of it. `effort`: NULL for the default.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lw_effort_worst_case_steps(

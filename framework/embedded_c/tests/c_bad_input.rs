@@ -57,13 +57,13 @@ fn what_cannot_be_is_told() {
         let mut q = Q;
         let p = q.as_mut_ptr();
         no(&two, LwStatus::NotFinite, "position", || {
-            lw_robot_reach(r, LEFT, &goal, null(), p, 13, &mut answer)
+            lw_robot_inverse_kinematics(r, LEFT, &goal, null(), p, 13, &mut answer)
         });
         let goal = LwGoal { pose: pose(0.4), ..goal };
         q[1] = 2.9;
         let p = q.as_mut_ptr();
         no(&two, LwStatus::OutsideLimits, "starts at 2.9", || {
-            lw_robot_reach(r, LEFT, &goal, null(), p, 13, &mut answer)
+            lw_robot_inverse_kinematics(r, LEFT, &goal, null(), p, 13, &mut answer)
         });
         assert_eq!(q[1], 2.9);
         // Padding with which all touch always.
@@ -100,6 +100,6 @@ fn what_cannot_be_is_told() {
         let mut held = std::mem::zeroed::<LwGripped>();
         quiet(|| lw_robot_grip(r, BEAM, down.as_ptr(), weak.as_ptr(), &mut held));
         let net = held.wrenches[0].force[2] + held.wrenches[1].force[2];
-        assert!(held.missing > 10.0 && (net - 1000.0).abs() < 1e-3, "{held:?}");
+        assert!(held.shortfall > 10.0 && (net - 1000.0).abs() < 1e-3, "{held:?}");
     }
 }

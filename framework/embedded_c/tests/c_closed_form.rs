@@ -50,7 +50,9 @@ fn in_rust(text: &CStr, tip: &str, held: Option<usize>, goal: &Goal, q: &[f64]) 
     let model = RobotModel::new(&spec).unwrap();
     let closed = model.closed_form(model.part("arm").unwrap(), held).unwrap();
     let mut out = vec![0.0; ClosedForm::MOST * q.len()];
-    let count = Robot::new(&model).reach_all(&closed, goal, Frame::World, q, &mut out).unwrap();
+    let count = Robot::new(&model)
+        .inverse_kinematics_all(&closed, goal, Frame::World, q, &mut out)
+        .unwrap();
     out.truncate(count * q.len());
     out
 }
@@ -83,7 +85,7 @@ fn all_solutions_in_c_are_those_in_rust() {
         unsafe {
             let r = robot_of(&text, tip);
             let mut ask = |held: i64, goal: &LwGoal, q: &[f64], rows: usize| {
-                lw_robot_reach_all(
+                lw_robot_inverse_kinematics_all(
                     r,
                     0,
                     held,
@@ -124,8 +126,17 @@ fn all_solutions_in_c_are_those_in_rust() {
     unsafe {
         let r = robot_of(&urdf(&SHOULDER), c"link2");
         let (q, mut out, mut count) = ([0.0; 2], [0.0; 16], 0);
-        let status =
-            lw_robot_reach_all(r, 0, -1, &asked, q.as_ptr(), 2, out.as_mut_ptr(), 8, &mut count);
+        let status = lw_robot_inverse_kinematics_all(
+            r,
+            0,
+            -1,
+            &asked,
+            q.as_ptr(),
+            2,
+            out.as_mut_ptr(),
+            8,
+            &mut count,
+        );
         assert_eq!(status, LwStatus::NoClosedForm);
         let mut text = [0; 400];
         assert_eq!(lw_robot_message(r, text.as_mut_ptr(), 400, null_mut()), LwStatus::Ok);

@@ -55,14 +55,14 @@ fn loads_shared_squeezed_and_gripped() {
         let given = wrenches();
         let in_c = given.map(LwWrench::from);
         let w = in_c.as_ptr();
-        quiet(|| lw_robot_exert(r, BEAM, w, t, 13));
-        two.robot.exert(two.beam, &given, &mut wanted).unwrap();
+        quiet(|| lw_robot_add_hand_wrenches(r, BEAM, w, t, 13));
+        two.robot.add_hand_wrenches(two.beam, &given, &mut wanted).unwrap();
         same(&tau, &wanted);
-        let mut apart = std::mem::zeroed::<LwMoveSqueeze>();
+        let mut apart = std::mem::zeroed::<LwHandWrenches>();
         let weights = [1.0, 3.0, 50.0];
-        quiet(|| lw_robot_move_squeeze(r, BEAM, w, weights.as_ptr(), &mut apart));
+        quiet(|| lw_robot_split_hand_wrenches(r, BEAM, w, weights.as_ptr(), &mut apart));
         let own = HandWeights { hands: [1.0, 3.0], moment: 50.0 };
-        let rust = two.robot.move_squeeze(two.beam, &given, &own).unwrap();
+        let rust = two.robot.split_hand_wrenches(two.beam, &given, &own).unwrap();
         same_wrenches(&apart.moving, &rust.moving);
         same_wrenches(&apart.squeezing, &rust.squeezing);
         same_wrench(&apart.net, &rust.net);
@@ -83,7 +83,7 @@ fn loads_shared_squeezed_and_gripped() {
         quiet(|| lw_robot_grip(r, BEAM, w, f, &mut gripped));
         let rust = two.robot.grip(two.beam, &given, &own).unwrap();
         same_wrenches(&gripped.wrenches, &rust.wrenches);
-        assert_eq!(gripped.missing.to_bits(), rust.missing.to_bits());
+        assert_eq!(gripped.shortfall.to_bits(), rust.shortfall.to_bits());
         assert_ne!(rust.wrenches, given, "these slip");
 
         let kept = tau;
@@ -99,10 +99,10 @@ fn loads_shared_squeezed_and_gripped() {
         let odd = t.cast::<u8>().add(2).cast::<f64>();
         two.refused(squeeze(1.0, odd, 13), LwStatus::Misaligned, "`tau`");
         let lost = [LwWrench { moment: [f64::NAN; 3], ..in_c[0] }; 2];
-        let bad = lw_robot_exert(r, BEAM, lost.as_ptr(), t, 13);
+        let bad = lw_robot_add_hand_wrenches(r, BEAM, lost.as_ptr(), t, 13);
         two.refused(bad, LwStatus::NotFinite, "`moment`");
         let zero = [1.0, 0.0, 1.0];
-        let bad = lw_robot_move_squeeze(r, BEAM, w, zero.as_ptr(), &mut apart);
+        let bad = lw_robot_split_hand_wrenches(r, BEAM, w, zero.as_ptr(), &mut apart);
         two.refused(bad, LwStatus::OutOfRange, "weight");
         let smooth = [LwFriction { coefficient: 0.0, ..friction[0] }; 2];
         let bad = lw_robot_grip(r, BEAM, w, smooth.as_ptr(), g);
@@ -116,11 +116,11 @@ fn loads_shared_squeezed_and_gripped() {
             lw_robot_balance(null_mut(), BEAM, 0, t, 13, &mut shared),
             lw_robot_squeeze(r, BEAM, 1.0, null_mut(), 13, out),
             lw_robot_squeeze(r, BEAM, 1.0, t, 13, null_mut()),
-            lw_robot_exert(r, BEAM, null(), t, 13),
-            lw_robot_exert(r, BEAM, w, null_mut(), 13),
-            lw_robot_move_squeeze(r, BEAM, null(), x, &mut apart),
-            lw_robot_move_squeeze(r, BEAM, w, null(), &mut apart),
-            lw_robot_move_squeeze(r, BEAM, w, x, null_mut()),
+            lw_robot_add_hand_wrenches(r, BEAM, null(), t, 13),
+            lw_robot_add_hand_wrenches(r, BEAM, w, null_mut(), 13),
+            lw_robot_split_hand_wrenches(r, BEAM, null(), x, &mut apart),
+            lw_robot_split_hand_wrenches(r, BEAM, w, null(), &mut apart),
+            lw_robot_split_hand_wrenches(r, BEAM, w, x, null_mut()),
             lw_robot_grip(r, BEAM, null(), f, g),
             lw_robot_grip(r, BEAM, w, null(), g),
             lw_robot_grip(r, BEAM, w, f, null_mut()),
@@ -295,7 +295,11 @@ fn bodies_of_objects_and_their_mass_matrix() {
         assert_eq!((nq, nv), (0, 0));
         let mut M = vec![0.0; 196];
         let p = M.as_mut_ptr();
-        two.refused(lw_robot_mass_matrix_with(r, PLIERS, p, 196), LwStatus::NotHeld, "object 1");
+        two.refused(
+            lw_robot_mass_matrix_with_object(r, PLIERS, p, 196),
+            LwStatus::NotHeld,
+            "object 1",
+        );
         assert_eq!(lw_robot_grasp(r, RIGHT, PLIERS, &in_hand), LwStatus::Ok);
         assert_eq!(lw_robot_set_object_q(r, PLIERS, &0.4, 1), LwStatus::Ok);
         assert_eq!(lw_model_object_body(m, PLIERS, c"jaw".as_ptr(), &mut body), LwStatus::Ok);
@@ -326,13 +330,17 @@ fn bodies_of_objects_and_their_mass_matrix() {
         two.refused(lw_robot_closure(r, PLIERS, &mut left), LwStatus::EmptyHand, "part");
         two.refused(lw_robot_object_jacobian(r, PLIERS, body, j, 5), LwStatus::Length, "`J`");
         two.refused(lw_robot_object_jacobian(r, BEAM, body, j, 6), LwStatus::Foreign, "");
-        quiet(|| lw_robot_mass_matrix_with(r, PLIERS, p, 196));
+        quiet(|| lw_robot_mass_matrix_with_object(r, PLIERS, p, 196));
         let mut theirs = vec![0.0; 196];
-        two.robot.mass_matrix_with(two.pliers, &mut theirs).unwrap();
+        two.robot.mass_matrix_with_object(two.pliers, &mut theirs).unwrap();
         same(&M, &theirs);
         assert!(M[195] > 0.0 && M[13] != 0.0, "the jaw counts");
-        two.refused(lw_robot_mass_matrix_with(r, PLIERS, p, 169), LwStatus::Length, "`M`");
-        two.refused(lw_robot_mass_matrix_with(r, BEAM, p, 169), LwStatus::Foreign, "no joints");
+        two.refused(lw_robot_mass_matrix_with_object(r, PLIERS, p, 169), LwStatus::Length, "`M`");
+        two.refused(
+            lw_robot_mass_matrix_with_object(r, BEAM, p, 169),
+            LwStatus::Foreign,
+            "no joints",
+        );
         two.refused(lw_robot_object_body_pose(r, PLIERS, 2, &mut at), LwStatus::Foreign, "");
         two.refused(lw_robot_object_body_pose(r, BEAM, 0, &mut at), LwStatus::Foreign, "");
         let name = |o, n: &std::ffi::CStr, body| lw_model_object_body(m, o, n.as_ptr(), body);
@@ -356,8 +364,8 @@ fn bodies_of_objects_and_their_mass_matrix() {
             onto(LEFT, &[1], null_mut()),
             lw_robot_closure_onto(r, LEFT, PLIERS, body, null(), 1, &mut left),
             lw_robot_closure_onto(null_mut(), LEFT, PLIERS, body, null(), 0, &mut left),
-            lw_robot_mass_matrix_with(r, PLIERS, null_mut(), 196),
-            lw_robot_mass_matrix_with(null_mut(), PLIERS, p, 196),
+            lw_robot_mass_matrix_with_object(r, PLIERS, null_mut(), 196),
+            lw_robot_mass_matrix_with_object(null_mut(), PLIERS, p, 196),
         ]);
     }
 }

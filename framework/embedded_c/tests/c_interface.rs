@@ -227,12 +227,12 @@ fn null_is_a_code_wherever_it_is_given() {
             lw_robot_jacobian(r, 0, null_mut(), 18),
             lw_robot_whole_jacobian(r, 0, null_mut(), 18),
             lw_effort_default(null_mut()),
-            lw_robot_reach(r, 0, null(), null(), p, 3, null_mut()),
-            lw_robot_reach(r, 0, &goal, null(), p, 3, null_mut()),
-            lw_robot_reach_on(r, 0, 1, p, 3, null_mut()),
-            lw_robot_reach_all(r, 0, -1, null(), p, 3, p.add(3), 1, null_mut()),
-            lw_robot_reach_all(r, 0, -1, &goal, null(), 3, p.add(3), 1, &mut 0),
-            lw_robot_reach_all(r, 0, -1, &goal, p, 3, null_mut(), 1, &mut 0),
+            lw_robot_inverse_kinematics(r, 0, null(), null(), p, 3, null_mut()),
+            lw_robot_inverse_kinematics(r, 0, &goal, null(), p, 3, null_mut()),
+            lw_robot_resume_inverse_kinematics(r, 0, 1, p, 3, null_mut()),
+            lw_robot_inverse_kinematics_all(r, 0, -1, null(), p, 3, p.add(3), 1, null_mut()),
+            lw_robot_inverse_kinematics_all(r, 0, -1, &goal, null(), 3, p.add(3), 1, &mut 0),
+            lw_robot_inverse_kinematics_all(r, 0, -1, &goal, p, 3, null_mut(), 1, &mut 0),
             lw_robot_feed_forward(r, null(), p, 3, null(), 0, p.add(3)),
             lw_robot_feed_forward(r, p, p, 3, null(), 0, null_mut()),
             lw_robot_feed_forward(r, p, p, 3, null(), 1, p.add(3)),
@@ -312,15 +312,16 @@ fn mistakes_are_codes_with_messages() {
         robot(ff(&[push]), NotFinite, &["`moment`"]);
         robot(ff(&[far]), Foreign, &[]);
         robot(ff(&pushes), NoRoom, &["2 pushes", "room was reserved for 1"]);
-        let reach =
-            |g: &LwGoal, e: *const LwEffort, a: *mut LwAnswer| lw_robot_reach(r, 0, g, e, p, 3, a);
+        let reach = |g: &LwGoal, e: *const LwEffort, a: *mut LwAnswer| {
+            lw_robot_inverse_kinematics(r, 0, g, e, p, 3, a)
+        };
         let (a, default) = (&raw mut answer, null());
         robot(reach(&goal(0, 1.0), default, a), OutOfRange, &["ask for a position"]);
         robot(reach(&goal(128, 1.0), default, a), OutOfRange, &["`parts` is 128", "LW_GOAL_"]);
         robot(reach(&goal(LW_GOAL_ORIENTATION, 1.0), default, a), OutOfRange, &["quaternion", "2"]);
         robot(reach(&goal(LW_GOAL_POSITION, 0.0), default, a), OutOfRange, &["weight"]);
         robot(reach(&goal(LW_GOAL_POSITION, 1.0), &effort, a), OutOfRange, &["tolerance"]);
-        robot(lw_robot_reach_on(r, 0, 5, p, 3, a), NoSearch, &["`reach`"]);
+        robot(lw_robot_resume_inverse_kinematics(r, 0, 5, p, 3, a), NoSearch, &["`reach`"]);
         p.write(3.5);
         let outside = reach(&goal(LW_GOAL_POSITION, 1.0), default, a);
         robot(outside, OutsideLimits, &["coordinate 0 starts at 3.5", "-3 … 3"]);
@@ -501,9 +502,9 @@ fn no_call_allocates_after_set_up() {
                 lw_robot_body_pose(r, 3, &mut out),
                 lw_robot_jacobian(r, 0, p, 18),
                 lw_robot_whole_jacobian(r, 0, p, 18),
-                lw_robot_reach(r, 0, &goal, null(), q.as_mut_ptr(), 3, &mut answer),
-                lw_robot_reach(r, 0, &far, null(), q.as_mut_ptr(), 3, &mut answer),
-                lw_robot_reach_on(r, 0, 9, q.as_mut_ptr(), 3, &mut answer),
+                lw_robot_inverse_kinematics(r, 0, &goal, null(), q.as_mut_ptr(), 3, &mut answer),
+                lw_robot_inverse_kinematics(r, 0, &far, null(), q.as_mut_ptr(), 3, &mut answer),
+                lw_robot_resume_inverse_kinematics(r, 0, 9, q.as_mut_ptr(), 3, &mut answer),
                 lw_robot_put(r, 0, &pose),
                 lw_robot_object_pose(r, 0, &mut out),
                 lw_robot_grasp(r, 0, 0, null()),

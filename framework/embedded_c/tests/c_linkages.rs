@@ -39,7 +39,9 @@ fn pliers_in_c_are_those_in_rust() {
     robot.set_object_q(pliers, &own).unwrap();
     let (mut wanted, mut at_joints) = ([0.0; 2], [0.0; 2]);
     let moving = (&rates[..], &accelerations[..]);
-    robot.feed_forward_with((&v, &vdot), pliers, moving, &[], &mut wanted, &mut at_joints).unwrap();
+    robot
+        .feed_forward_with_object((&v, &vdot), pliers, moving, &[], &mut wanted, &mut at_joints)
+        .unwrap();
     let ok = LwStatus::Ok;
     let (mut b, mut m, mut r) = (null_mut(), null_mut(), null_mut());
     let hinge_at = LwPose { position: [0.0, 0.0, 0.1], quaternion: [0.0, 0.0, 0.0, 1.0] };
@@ -69,8 +71,9 @@ fn pliers_in_c_are_those_in_rust() {
         let (p, f) = (tau.as_mut_ptr(), forces.as_mut_ptr());
         let (v, a, rates, own_a) =
             (v.as_ptr(), vdot.as_ptr(), rates.as_ptr(), accelerations.as_ptr());
-        let ask =
-            |n, f| lw_robot_feed_forward_with(r, v, a, 2, 0, rates, own_a, n, null(), 0, p, f);
+        let ask = |n, f| {
+            lw_robot_feed_forward_with_object(r, v, a, 2, 0, rates, own_a, n, null(), 0, p, f)
+        };
         assert_eq!(ask(2, f), LwStatus::NotHeld);
         assert_eq!(lw_robot_grasp(r, 0, 0, &grasp_at), ok);
         assert_eq!(lw_robot_set_object_q(r, 0, own.as_ptr(), 1), LwStatus::Length);

@@ -54,7 +54,7 @@ fn calls_and_mistakes_take_no_memory() {
                 lw_robot_set_object_q(r, PLIERS, one, 1),
                 lw_robot_object_q(r, PLIERS, own.as_mut_ptr(), 1),
                 lw_robot_closure(r, BEAM, &mut left),
-                lw_robot_feed_forward_with(
+                lw_robot_feed_forward_with_object(
                     r,
                     v,
                     v,
@@ -81,7 +81,7 @@ fn calls_and_mistakes_take_no_memory() {
         let (w, x) = (wrench.as_mut_ptr(), nan.as_ptr());
         let mut answer = std::mem::zeroed::<LwAnswer>();
         let mut shared = std::mem::zeroed::<LwShared>();
-        let mut apart = std::mem::zeroed::<LwMoveSqueeze>();
+        let mut apart = std::mem::zeroed::<LwHandWrenches>();
         let mut held = std::mem::zeroed::<LwGripped>();
         let friction = [std::mem::zeroed::<LwFriction>(); 2];
         let mut hit = false;
@@ -107,10 +107,10 @@ fn calls_and_mistakes_take_no_memory() {
                 lw_robot_closure_onto(r, far, PLIERS, 0, std::ptr::null(), 0, &mut left),
                 lw_robot_balance(r, far, 0, t, 13, &mut shared),
                 lw_robot_squeeze(r, far, 1.0, t, 13, w),
-                lw_robot_exert(r, far, w, t, 13),
-                lw_robot_move_squeeze(r, far, w, V.as_ptr(), &mut apart),
+                lw_robot_add_hand_wrenches(r, far, w, t, 13),
+                lw_robot_split_hand_wrenches(r, far, w, V.as_ptr(), &mut apart),
                 lw_robot_grip(r, far, w, friction.as_ptr(), &mut held),
-                lw_robot_reach_on(r, far, 1, t, 13, &mut answer),
+                lw_robot_resume_inverse_kinematics(r, far, 1, t, 13, &mut answer),
                 lw_robot_distance(r, q, 13, far, fore, &mut near),
                 lw_robot_pad(r, far, 0.0),
                 lw_robot_hide(r, far),
@@ -123,7 +123,7 @@ fn calls_and_mistakes_take_no_memory() {
                 lw_robot_set_cells(r, far, cells.as_ptr(), 1),
                 lw_robot_free_cells(r, far, cells.as_ptr(), 1),
                 lw_robot_clear_cells(r, far),
-                lw_robot_mass_matrix_with(r, far, t, 13),
+                lw_robot_mass_matrix_with_object(r, far, t, 13),
                 lw_robot_rates(r, far, V.as_ptr(), t, 13, null_mut()),
             ]
         });
@@ -188,7 +188,7 @@ fn all_calls_of_robots_are_measured() {
         .collect();
     assert!(calls.len() > 60, "{calls:?}");
     // Made and freed; and asked by a closure of its test that is measured.
-    let apart = ["lw_robot_free", "lw_robot_clone", "lw_robot_reach_all"];
+    let apart = ["lw_robot_free", "lw_robot_clone", "lw_robot_inverse_kinematics_all"];
     let missing: Vec<&&str> = calls
         .iter()
         .filter(|c| !measured.contains(&format!("{c}(")))

@@ -89,51 +89,51 @@ fn ways_and_their_times() {
         let r = two.r;
         let (mut p, mut none) = (null_mut(), null_mut());
         assert_eq!(lw_planner_new(r, LEFT, 400, &mut p), LwStatus::Ok);
-        let mut told = std::mem::zeroed::<LwWay>();
+        let mut told = std::mem::zeroed::<LwPlan>();
         let (a, b, o) = (Q.as_ptr(), goal.as_ptr(), &raw mut told);
         settled(|| lw_planner_plan(r, p, a, b, 13, &how, usize::MAX, o));
-        assert_eq!(planner.plan(&mut two.robot, &Q, &goal, &search).unwrap(), Way::Found);
-        assert_eq!((told.outcome, told.rows), (LwWayOutcome::Found, planner.way().len()));
+        assert_eq!(planner.plan(&mut two.robot, &Q, &goal, &search).unwrap(), PlanOutcome::Found);
+        assert_eq!((told.outcome, told.rows), (LwPlanOutcome::Found, planner.path().len()));
         assert!(told.rows > 2, "not straight on");
-        let wanted: Vec<f64> = planner.way().flatten().copied().collect();
+        let wanted: Vec<f64> = planner.path().flatten().copied().collect();
         let mut way = vec![0.0; 13 * told.rows];
-        quiet(|| lw_planner_way(r, p, way.as_mut_ptr(), 13 * told.rows));
+        quiet(|| lw_planner_path(r, p, way.as_mut_ptr(), 13 * told.rows));
         same(&way, &wanted);
         // In portions; and by the default search.
         quiet(|| lw_planner_plan(r, p, a, b, 13, &how, 0, o));
-        assert_eq!((told.outcome, told.rows), (LwWayOutcome::Unfinished, 0));
+        assert_eq!((told.outcome, told.rows), (LwPlanOutcome::Unfinished, 0));
         loop {
-            if told.outcome != LwWayOutcome::Unfinished {
+            if told.outcome != LwPlanOutcome::Unfinished {
                 break;
             }
-            quiet(|| lw_planner_go_on(r, p, 1, o));
+            quiet(|| lw_planner_resume(r, p, 1, o));
         }
-        quiet(|| lw_planner_way(r, p, way.as_mut_ptr(), 13 * told.rows));
+        quiet(|| lw_planner_path(r, p, way.as_mut_ptr(), 13 * told.rows));
         same(&way, &wanted);
         settled(|| lw_planner_plan(r, p, a, b, 13, null(), usize::MAX, o));
         let default = planner.plan(&mut two.robot, &Q, &goal, &Search::default()).unwrap();
-        assert_eq!((default, told.rows), (Way::Found, planner.way().len()));
+        assert_eq!((default, told.rows), (PlanOutcome::Found, planner.path().len()));
         let n = 13 * told.rows;
         let mut other = vec![0.0; n];
-        quiet(|| lw_planner_way(r, p, other.as_mut_ptr(), n));
-        same(&other, &planner.way().flatten().copied().collect::<Vec<_>>());
+        quiet(|| lw_planner_path(r, p, other.as_mut_ptr(), n));
+        same(&other, &planner.path().flatten().copied().collect::<Vec<_>>());
         // An end in the post.
         let mut blocked = Q;
         two.robot.set_q(&Q).unwrap();
-        let Way::BlockedGoal { pair } = (0..60)
+        let PlanOutcome::BlockedGoal { pair } = (0..60)
             .map(|k| {
                 blocked[1] = Q[1] - 0.02 * k as f64;
                 planner.plan(&mut two.robot, &Q, &blocked, &search).unwrap()
             })
-            .find(|w| matches!(w, Way::BlockedGoal { .. }))
+            .find(|w| matches!(w, PlanOutcome::BlockedGoal { .. }))
             .unwrap()
         else {
             unreachable!()
         };
         settled(|| lw_planner_plan(r, p, a, blocked.as_ptr(), 13, &how, usize::MAX, o));
-        assert_eq!((told.outcome, told.pair), (LwWayOutcome::BlockedGoal, pair.into()));
+        assert_eq!((told.outcome, told.pair), (LwPlanOutcome::BlockedGoal, pair.into()));
         settled(|| lw_planner_plan(r, p, blocked.as_ptr(), a, 13, &how, usize::MAX, o));
-        assert_eq!((told.outcome, told.pair), (LwWayOutcome::BlockedStart, pair.into()));
+        assert_eq!((told.outcome, told.pair), (LwPlanOutcome::BlockedStart, pair.into()));
 
         let ask = |b: &[f64], how: *const LwSearch, o| {
             lw_planner_plan(r, p, a, b.as_ptr(), b.len(), how, 9, o)
@@ -146,7 +146,7 @@ fn ways_and_their_times() {
         two.refused(ask(&beyond, &how, o), LwStatus::OutsideLimits, "coordinate 1");
         two.refused(ask(&goal, &LwSearch { step: 0.0, ..how }, o), LwStatus::OutOfRange, "step");
         let w = way.as_mut_ptr();
-        two.refused(lw_planner_way(r, p, w, 13), LwStatus::Length, "`way`");
+        two.refused(lw_planner_path(r, p, w, 13), LwStatus::Length, "`way`");
         two.refused(lw_planner_new(r, LEFT, 1, &mut none), LwStatus::OutOfRange, "room");
         two.refused(
             lw_planner_new(r, LEFT, usize::MAX, &mut none),
@@ -161,11 +161,11 @@ fn ways_and_their_times() {
             lw_planner_plan(r, p, null(), b, 13, &how, 9, o),
             lw_planner_plan(r, p, a, null(), 13, &how, 9, o),
             ask(&goal, &how, null_mut()),
-            lw_planner_go_on(r, null_mut(), 1, o),
-            lw_planner_go_on(r, p, 1, null_mut()),
-            lw_planner_go_on(null_mut(), p, 1, o),
-            lw_planner_way(r, null_mut(), w, 13),
-            lw_planner_way(null_mut(), p, w, 13),
+            lw_planner_resume(r, null_mut(), 1, o),
+            lw_planner_resume(r, p, 1, null_mut()),
+            lw_planner_resume(null_mut(), p, 1, o),
+            lw_planner_path(r, null_mut(), w, 13),
+            lw_planner_path(null_mut(), p, w, 13),
         ]);
         lw_planner_free(p);
         lw_planner_free(null_mut());

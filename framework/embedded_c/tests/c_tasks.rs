@@ -1,4 +1,4 @@
-//! Tips of a robot with two arms through the interface of C: manipulability, rates, parts of a pose as goals, operational space, wishes in order of
+//! Tips of a robot with two arms through the interface of C: manipulability, rates, parts of a pose as goals, operational space, objectives in order of
 //! priority. What Rust says, to the bit; no memory is taken; mistakes are codes.
 
 use crate::support::*;
@@ -17,7 +17,7 @@ const NOWHERE: LwGoal = LwGoal {
     towards: [0.0; 3],
     within: 0.0,
 };
-const NO_WISH: LwWish = LwWish {
+const NO_WISH: LwObjective = LwObjective {
     kind: LW_WISH_TIP,
     level: 0,
     weight: 1.0,
@@ -177,17 +177,34 @@ fn parts_of_a_pose_and_preferences() {
         let (likes, prefer) = likes(3);
         for (goal, rust, frame) in goals() {
             let (mut q, mut theirs) = (Q, Q);
-            quiet(|| lw_robot_reach(two.r, LEFT, &goal, &effort, q.as_mut_ptr(), 13, &mut answer));
-            let told = two.robot.reach(two.left, &rust, frame, &own, &mut theirs).unwrap();
+            quiet(|| {
+                lw_robot_inverse_kinematics(
+                    two.r,
+                    LEFT,
+                    &goal,
+                    &effort,
+                    q.as_mut_ptr(),
+                    13,
+                    &mut answer,
+                )
+            });
+            let told =
+                two.robot.inverse_kinematics(two.left, &rust, frame, &own, &mut theirs).unwrap();
             assert_eq!(answer, LwAnswer::from(told));
             assert_eq!(answer.outcome, LwOutcome::Met, "{goal:?}");
             same(&q, &theirs);
             ends.push(bits(&q));
             let (mut q, mut theirs) = (Q, Q);
             let p = q.as_mut_ptr();
-            quiet(|| lw_robot_reach_best(two.r, LEFT, &goal, &likes, &effort, p, 13, &mut best));
-            let told =
-                two.robot.reach_best(two.left, &rust, frame, &prefer, &own, &mut theirs).unwrap();
+            quiet(|| {
+                lw_robot_inverse_kinematics_best(
+                    two.r, LEFT, &goal, &likes, &effort, p, 13, &mut best,
+                )
+            });
+            let told = two
+                .robot
+                .inverse_kinematics_best(two.left, &rust, frame, &prefer, &own, &mut theirs)
+                .unwrap();
             same(&q, &theirs);
             same(&[best.cost], &[told.cost]);
             let counts = (best.solutions, best.kinematics, best.outcome);
@@ -227,7 +244,7 @@ fn parts_of_a_pose_and_preferences() {
 
         let mut like = |likes: LwPrefer| {
             let p = q.as_mut_ptr();
-            lw_robot_reach_best(two.r, LEFT, &axis, &likes, null(), p, 13, &mut best)
+            lw_robot_inverse_kinematics_best(two.r, LEFT, &axis, &likes, null(), p, 13, &mut best)
         };
         two.refused(like(LwPrefer { centred: -1.0, ..likes }), LwStatus::OutOfRange, "weights");
         let none = LwPrefer { centred: 0.0, near: 0.0, manipulable: 0.0, ..likes };
@@ -236,11 +253,11 @@ fn parts_of_a_pose_and_preferences() {
         let p = q.as_mut_ptr();
         let (r, b) = (two.r, &raw mut best);
         all_null(&[
-            lw_robot_reach_best(r, LEFT, null(), &likes, null(), p, 13, b),
-            lw_robot_reach_best(r, LEFT, &axis, null(), null(), p, 13, b),
-            lw_robot_reach_best(r, LEFT, &axis, &likes, null(), null_mut(), 13, b),
-            lw_robot_reach_best(r, LEFT, &axis, &likes, null(), p, 13, null_mut()),
-            lw_robot_reach_best(null_mut(), LEFT, &axis, &likes, null(), p, 13, b),
+            lw_robot_inverse_kinematics_best(r, LEFT, null(), &likes, null(), p, 13, b),
+            lw_robot_inverse_kinematics_best(r, LEFT, &axis, null(), null(), p, 13, b),
+            lw_robot_inverse_kinematics_best(r, LEFT, &axis, &likes, null(), null_mut(), 13, b),
+            lw_robot_inverse_kinematics_best(r, LEFT, &axis, &likes, null(), p, 13, null_mut()),
+            lw_robot_inverse_kinematics_best(null_mut(), LEFT, &axis, &likes, null(), p, 13, b),
         ]);
         assert_eq!(q, Q, "nothing was written");
     }
@@ -252,7 +269,7 @@ fn ask_of(two: &Two, goal: &LwGoal) -> LwStatus {
     // SAFETY: as above.
     unsafe {
         let mut answer = std::mem::zeroed::<LwAnswer>();
-        lw_robot_reach(two.r, LEFT, goal, null(), q.as_mut_ptr(), 13, &mut answer)
+        lw_robot_inverse_kinematics(two.r, LEFT, goal, null(), q.as_mut_ptr(), 13, &mut answer)
     }
 }
 
@@ -391,13 +408,13 @@ fn rates_for_wishes_within_guards() {
     posture[2] = 0.3;
     let tip = |rows| Aim::Tip { part: two.left, motion: six(&TWIST), rows };
     let rust = [
-        Wish::new(4, Aim::Posture(&posture)).weight(0.5),
-        Wish::new(1, tip(Rows::All { length: 0.3 })),
-        Wish::new(2, Aim::Center(Vec3::new(0.02, 0.01, -0.03))),
+        Objective::new(4, Aim::Posture(&posture)).weight(0.5),
+        Objective::new(1, tip(Rows::All { length: 0.3 })),
+        Objective::new(2, Aim::Center(Vec3::new(0.02, 0.01, -0.03))),
     ];
     let motion = [9.0, 9.0, 9.0, 0.02, 0.01, -0.03];
-    let wishes = [
-        LwWish {
+    let objectives = [
+        LwObjective {
             kind: LW_WISH_POSTURE,
             level: 4,
             weight: 0.5,
@@ -405,8 +422,8 @@ fn rates_for_wishes_within_guards() {
             posture_count: 13,
             ..NO_WISH
         },
-        LwWish { level: 1, motion: TWIST, length: 0.3, ..NO_WISH },
-        LwWish { kind: LW_WISH_CENTER, level: 2, motion, ..NO_WISH },
+        LwObjective { level: 1, motion: TWIST, length: 0.3, ..NO_WISH },
+        LwObjective { kind: LW_WISH_CENTER, level: 2, motion, ..NO_WISH },
     ];
     let w = two.robot.manipulability(two.right, Rows::All { length: 1.0 }, None).unwrap().w;
     let guards = Guards { horizon: 0.05, manipulable: &[(two.right, 1.01 * w)] };
@@ -419,43 +436,44 @@ fn rates_for_wishes_within_guards() {
         assert_eq!(lw_rate_control_new(r, 3, 1, &mut c), LwStatus::Ok);
         let (mut v, mut wanted) = ([0.0; 13], still);
         let (mut left, mut theirs) = ([0.0; 3], [0.0; 3]);
-        let (p, l, x) = (v.as_mut_ptr(), left.as_mut_ptr(), wishes.as_ptr());
+        let (p, l, x) = (v.as_mut_ptr(), left.as_mut_ptr(), objectives.as_ptr());
         quiet(|| lw_rate_control_solve(r, c, x, 3, 0.05, &guard, 1, p, 13, l, 3));
         control.solve(&mut two.robot, &rust, &guards, &mut wanted, &mut theirs).unwrap();
         same(&v, &wanted);
         same(&left, &theirs);
-        // Fewer wishes, no guard, nothing asked for beside.
+        // Fewer objectives, no guard, nothing asked for beside.
         quiet(|| lw_rate_control_solve(r, c, x, 2, 0.05, null(), 0, p, 13, null_mut(), 0));
         let free = Guards { horizon: 0.05, manipulable: &[] };
         control.solve(&mut two.robot, &rust[..2], &free, &mut wanted, &mut theirs).unwrap();
         same(&v, &wanted);
         let kept = v;
-        let ask = |w: &[LwWish], horizon, g: &[LwGuard], n, levels| {
+        let ask = |w: &[LwObjective], horizon, g: &[LwGuard], n, levels| {
             let (g, count) = (g.as_ptr(), g.len());
             lw_rate_control_solve(r, c, w.as_ptr(), w.len(), horizon, g, count, p, n, l, levels)
         };
-        let with = |w: LwWish| ask(&[w], 0.05, &[], 13, 1);
-        two.refused(ask(&wishes, 0.05, &[guard], 13, 2), LwStatus::Length, "`residuals`");
-        two.refused(ask(&wishes, 0.05, &[guard], 12, 3), LwStatus::Length, "`v`");
-        two.refused(ask(&wishes, 0.0, &[guard], 13, 3), LwStatus::OutOfRange, "horizon");
-        two.refused(ask(&wishes, f64::NAN, &[guard], 13, 3), LwStatus::NotFinite, "horizon");
-        two.refused(ask(&[NO_WISH; 4], 0.05, &[], 13, 1), LwStatus::NoRoom, "4 wishes");
-        two.refused(ask(&wishes, 0.05, &[guard; 2], 13, 3), LwStatus::NoRoom, "2 guards");
+        let with = |w: LwObjective| ask(&[w], 0.05, &[], 13, 1);
+        two.refused(ask(&objectives, 0.05, &[guard], 13, 2), LwStatus::Length, "`residuals`");
+        two.refused(ask(&objectives, 0.05, &[guard], 12, 3), LwStatus::Length, "`v`");
+        two.refused(ask(&objectives, 0.0, &[guard], 13, 3), LwStatus::OutOfRange, "horizon");
+        two.refused(ask(&objectives, f64::NAN, &[guard], 13, 3), LwStatus::NotFinite, "horizon");
+        two.refused(ask(&[NO_WISH; 4], 0.05, &[], 13, 1), LwStatus::NoRoom, "4 objectives");
+        two.refused(ask(&objectives, 0.05, &[guard; 2], 13, 3), LwStatus::NoRoom, "2 guards");
         let lost = LwGuard { least: f64::NAN, ..guard };
-        two.refused(ask(&wishes, 0.05, &[lost], 13, 3), LwStatus::NotFinite, "`least`");
+        two.refused(ask(&objectives, 0.05, &[lost], 13, 3), LwStatus::NotFinite, "`least`");
         let lost = LwGuard { part: 9, ..guard };
-        two.refused(ask(&wishes, 0.05, &[lost], 13, 3), LwStatus::Foreign, "");
-        two.refused(with(LwWish { kind: 3, ..NO_WISH }), LwStatus::OutOfRange, "LW_WISH_");
-        two.refused(with(LwWish { rows: 3, ..NO_WISH }), LwStatus::OutOfRange, "LW_ROWS_");
-        two.refused(with(LwWish { part: 3, ..NO_WISH }), LwStatus::Foreign, "");
-        two.refused(with(LwWish { weight: 0.0, ..NO_WISH }), LwStatus::OutOfRange, "weight");
-        two.refused(with(LwWish { length: 0.0, ..NO_WISH }), LwStatus::OutOfRange, "length");
+        two.refused(ask(&objectives, 0.05, &[lost], 13, 3), LwStatus::Foreign, "");
+        two.refused(with(LwObjective { kind: 3, ..NO_WISH }), LwStatus::OutOfRange, "LW_WISH_");
+        two.refused(with(LwObjective { rows: 3, ..NO_WISH }), LwStatus::OutOfRange, "LW_ROWS_");
+        two.refused(with(LwObjective { part: 3, ..NO_WISH }), LwStatus::Foreign, "");
+        two.refused(with(LwObjective { weight: 0.0, ..NO_WISH }), LwStatus::OutOfRange, "weight");
+        two.refused(with(LwObjective { length: 0.0, ..NO_WISH }), LwStatus::OutOfRange, "length");
         two.refused(
-            with(LwWish { motion: [f64::NAN; 6], ..NO_WISH }),
+            with(LwObjective { motion: [f64::NAN; 6], ..NO_WISH }),
             LwStatus::NotFinite,
             "`motion`",
         );
-        let posture = |posture, posture_count| LwWish { posture, posture_count, ..wishes[0] };
+        let posture =
+            |posture, posture_count| LwObjective { posture, posture_count, ..objectives[0] };
         two.refused(with(posture(V.as_ptr(), 12)), LwStatus::Length, "`posture`");
         two.refused(with(posture(p, 13)), LwStatus::Overlap, "`posture` and `v`");
         let over = lw_rate_control_solve(r, c, x, 3, 0.05, &guard, 1, p, 13, p.add(12), 3);
@@ -463,7 +481,7 @@ fn rates_for_wishes_within_guards() {
         two.refused(
             lw_rate_control_new(r, usize::MAX, 1, &mut none),
             LwStatus::OutOfRange,
-            "`wishes`",
+            "`objectives`",
         );
         two.refused(
             lw_rate_control_new(r, 1, usize::MAX, &mut none),
@@ -508,12 +526,12 @@ fn forces_for_wishes_with_contacts() {
     let effort = [80.0; 13];
     let motion = six(&TWIST);
     let rust = [
-        Wish::new(0, Aim::Tip { part: two.left, motion, rows: Rows::Linear }),
-        Wish::new(1, Aim::Posture(&VDOT)),
+        Objective::new(0, Aim::Tip { part: two.left, motion, rows: Rows::Linear }),
+        Objective::new(1, Aim::Posture(&VDOT)),
     ];
-    let wishes = [
-        LwWish { motion: TWIST, rows: LW_ROWS_LINEAR, ..NO_WISH },
-        LwWish {
+    let objectives = [
+        LwObjective { motion: TWIST, rows: LW_ROWS_LINEAR, ..NO_WISH },
+        LwObjective {
             kind: LW_WISH_POSTURE,
             level: 1,
             posture: VDOT.as_ptr(),
@@ -530,7 +548,7 @@ fn forces_for_wishes_with_contacts() {
         assert_eq!(lw_whole_body_new(r, 1, 2, &mut b), LwStatus::Ok);
         let (mut tau, mut vdot, mut f) = ([0.0; 13], [0.0; 13], [0.0; 3]);
         let (t, a, p, o) = (tau.as_mut_ptr(), vdot.as_mut_ptr(), f.as_mut_ptr(), &raw mut told);
-        let (v, e, w) = (V.as_ptr(), effort.as_ptr(), wishes.as_ptr());
+        let (v, e, w) = (V.as_ptr(), effort.as_ptr(), objectives.as_ptr());
         quiet(|| lw_whole_body_solve(r, b, v, e, 13, &in_c, 1, w, 2, t, a, p, o));
         let (mut wanted, mut moves, mut pressed) = ([0.0; 13], [0.0; 13], [Vec3::zeros()]);
         let out = (&mut wanted[..], &mut moves[..], &mut pressed[..]);
@@ -538,8 +556,8 @@ fn forces_for_wishes_with_contacts() {
         same(&tau, &wanted);
         same(&vdot, &moves);
         same(&f, pressed[0].as_slice());
-        let all = [told.unbalanced, told.slipping, told.missing];
-        assert_eq!(bits(&all), bits(&[rust.unbalanced, rust.slipping, rust.missing]));
+        let all = [told.unbalanced, told.slipping, told.shortfall];
+        assert_eq!(bits(&all), bits(&[rust.unbalanced, rust.slipping, rust.shortfall]));
         let kept = (tau, vdot, f);
         let ask = |touches: &[LwTouch], e: &[f64]| {
             let (x, count) = (touches.as_ptr(), touches.len());

@@ -26,8 +26,8 @@ fn several_tips_at_once() {
     // SAFETY: handles of the library, arrays of the lengths given.
     unsafe {
         let mut s = null_mut();
-        assert_eq!(lw_whole_reach_new(r, 2, &mut s), LwStatus::Ok);
-        let mut search = WholeReach::new(&two.robot, 2);
+        assert_eq!(lw_whole_body_ik_new(r, 2, &mut s), LwStatus::Ok);
+        let mut search = WholeBodyIk::new(&two.robot, 2);
         let mut answer = std::mem::zeroed::<LwAnswer>();
         let mut best = std::mem::zeroed::<LwBest>();
         two.go(&Q);
@@ -64,8 +64,8 @@ fn several_tips_at_once() {
             let (goals, mut left) = ([a, b], [9.0; 4]);
             let (mut q, mut theirs) = (Q, Q);
             let (g, p, l) = (goals.as_ptr(), q.as_mut_ptr(), left.as_mut_ptr());
-            quiet(|| lw_whole_reach_solve(r, s, g, 2, &effort, p, 13, l, 4, &mut answer));
-            let told = search.reach(&two.robot, &rust, &own, &mut theirs).unwrap();
+            quiet(|| lw_whole_body_ik_solve(r, s, g, 2, &effort, p, 13, l, 4, &mut answer));
+            let told = search.solve(&two.robot, &rust, &own, &mut theirs).unwrap();
             assert_eq!((answer, answer.outcome), (LwAnswer::from(told), LwOutcome::Met));
             same(&q, &theirs);
             let residuals: Vec<f64> =
@@ -75,36 +75,38 @@ fn several_tips_at_once() {
             let mut q = Q;
             let p = q.as_mut_ptr();
             let none = LwEffort { kinematics: 0, ..effort };
-            quiet(|| lw_whole_reach_solve(r, s, g, 2, &none, p, 13, null_mut(), 0, &mut answer));
+            quiet(|| lw_whole_body_ik_solve(r, s, g, 2, &none, p, 13, null_mut(), 0, &mut answer));
             while answer.outcome == LwOutcome::Unfinished {
-                quiet(|| lw_whole_reach_go_on(r, s, 2, p, 13, l, 4, &mut answer));
+                quiet(|| lw_whole_body_ik_resume(r, s, 2, p, 13, l, 4, &mut answer));
             }
             assert_eq!(answer, LwAnswer::from(told));
             same(&q, &theirs);
             assert_eq!(bits(&left), bits(&residuals));
             let (mut q, mut theirs) = (Q, Q);
             let p = q.as_mut_ptr();
-            quiet(|| lw_whole_reach_best(r, s, g, 2, &likes, &effort, p, 13, &mut best));
+            quiet(|| lw_whole_body_ik_best(r, s, g, 2, &likes, &effort, p, 13, &mut best));
             let told = search.best(&mut two.robot, &rust, &prefer, &own, &mut theirs).unwrap();
             same(&q, &theirs);
             same(&[best.cost], &[told.cost]);
             assert_eq!((best.solutions, best.kinematics), (told.solutions, told.kinematics));
             let mut steps = 0;
-            quiet(|| lw_whole_reach_worst_case_steps(r, s, g, 2, &effort, &mut steps));
+            quiet(|| lw_whole_body_ik_worst_case_steps(r, s, g, 2, &effort, &mut steps));
             assert_eq!(steps, search.worst_case_steps(&rust, &own));
         }
         // The torso, which is no part, and the left arm alone stay when the right one is kept; then it moves again.
         let (goal, rust) = (cases[1].0, cases[1].2);
-        quiet(|| lw_whole_reach_keep(r, s, RIGHT));
+        quiet(|| lw_whole_body_ik_keep(r, s, RIGHT));
         let mut q = Q;
         let p = q.as_mut_ptr();
-        quiet(|| lw_whole_reach_solve(r, s, &goal, 1, &effort, p, 13, null_mut(), 0, &mut answer));
+        quiet(|| {
+            lw_whole_body_ik_solve(r, s, &goal, 1, &effort, p, 13, null_mut(), 0, &mut answer)
+        });
         search.keep(two.model.dofs(two.right).unwrap()).unwrap();
         let mut theirs = Q;
-        search.reach(&two.robot, &rust[..1], &own, &mut theirs).unwrap();
+        search.solve(&two.robot, &rust[..1], &own, &mut theirs).unwrap();
         same(&q, &theirs);
         assert!(two.model.dofs(two.right).unwrap().iter().all(|d| q[*d] == Q[*d]));
-        quiet(|| lw_whole_reach_release(r, s, RIGHT));
+        quiet(|| lw_whole_body_ik_release(r, s, RIGHT));
         search.release(two.model.dofs(two.right).unwrap()).unwrap();
         // Both hands on the beam: the nearest keeps them there; with all kept but one wrist nothing does.
         for hand in [LEFT, RIGHT] {
@@ -118,19 +120,19 @@ fn several_tips_at_once() {
         let rust = [TipGoal::new(two.left, Goal::position(far.position))];
         let (mut q, mut theirs) = (Q, Q);
         let p = q.as_mut_ptr();
-        quiet(|| lw_whole_reach_solve(r, s, &goal, 1, null(), p, 13, null_mut(), 0, &mut answer));
-        let told = search.reach(&two.robot, &rust, &Effort::default(), &mut theirs).unwrap();
+        quiet(|| lw_whole_body_ik_solve(r, s, &goal, 1, null(), p, 13, null_mut(), 0, &mut answer));
+        let told = search.solve(&two.robot, &rust, &Effort::default(), &mut theirs).unwrap();
         assert_eq!((answer, answer.outcome), (LwAnswer::from(told), LwOutcome::Nearest));
         same(&q, &theirs);
         for part in [LEFT, RIGHT] {
-            assert_eq!(lw_whole_reach_keep(r, s, part), LwStatus::Ok);
+            assert_eq!(lw_whole_body_ik_keep(r, s, part), LwStatus::Ok);
         }
         let mut q = Q;
         q[3] += 0.2;
         let opened = q;
         let p = q.as_mut_ptr();
         let open =
-            lw_whole_reach_solve(r, s, null(), 0, &effort, p, 13, null_mut(), 0, &mut answer);
+            lw_whole_body_ik_solve(r, s, null(), 0, &effort, p, 13, null_mut(), 0, &mut answer);
         two.refused(open, LwStatus::DoesNotClose, "the grasp of object 0 by two hands");
         assert!(answer.position > 0.01 && answer.outcome == LwOutcome::Nearest, "{answer:?}");
         // What is refused writes nothing.
@@ -139,7 +141,7 @@ fn several_tips_at_once() {
         let p = q.as_mut_ptr();
         let l = left.as_mut_ptr();
         let mut ask = |g: &[LwTipGoal], n, m| {
-            lw_whole_reach_solve(r, s, g.as_ptr(), g.len(), &effort, p, n, l, m, &mut answer)
+            lw_whole_body_ik_solve(r, s, g.as_ptr(), g.len(), &effort, p, n, l, m, &mut answer)
         };
         two.refused(ask(&[goals[0]; 3], 13, 6), LwStatus::NoRoom, "3 goals");
         two.refused(ask(&goals, 12, 4), LwStatus::Length, "`q`");
@@ -152,38 +154,38 @@ fn several_tips_at_once() {
         two.refused(ask(&[two_frames], 13, 2), LwStatus::OutOfRange, "LW_NO_PART");
         let nothing = LwTipGoal { goal: NOWHERE, ..goals[0] };
         two.refused(ask(&[nothing], 13, 2), LwStatus::OutOfRange, "ask for a position");
-        two.refused(lw_whole_reach_keep(r, s, 9), LwStatus::Foreign, "");
-        let over = lw_whole_reach_go_on(r, s, 9, p, 13, p.add(12), 4, &mut answer);
+        two.refused(lw_whole_body_ik_keep(r, s, 9), LwStatus::Foreign, "");
+        let over = lw_whole_body_ik_resume(r, s, 9, p, 13, p.add(12), 4, &mut answer);
         two.refused(over, LwStatus::Overlap, "`q` and `residuals`");
-        assert_eq!(lw_whole_reach_keep(r, s, LEFT), LwStatus::Ok);
-        let ended = lw_whole_reach_go_on(r, s, 9, p, 13, null_mut(), 0, &mut answer);
+        assert_eq!(lw_whole_body_ik_keep(r, s, LEFT), LwStatus::Ok);
+        let ended = lw_whole_body_ik_resume(r, s, 9, p, 13, null_mut(), 0, &mut answer);
         two.refused(ended, LwStatus::NoSearch, "");
         let mut none = null_mut();
-        two.refused(lw_whole_reach_new(r, 1 << 20, &mut none), LwStatus::OutOfRange, "`goals`");
+        two.refused(lw_whole_body_ik_new(r, 1 << 20, &mut none), LwStatus::OutOfRange, "`goals`");
         let (g, a, mut steps) = (goals.as_ptr(), &raw mut answer, 0);
         all_null(&[
-            lw_whole_reach_new(r, 2, null_mut()),
-            lw_whole_reach_new(null_mut(), 2, &mut none),
-            lw_whole_reach_keep(r, null_mut(), LEFT),
-            lw_whole_reach_release(r, null_mut(), LEFT),
-            lw_whole_reach_solve(r, null_mut(), g, 2, null(), p, 13, l, 4, a),
-            lw_whole_reach_solve(r, s, null(), 2, null(), p, 13, l, 4, a),
-            lw_whole_reach_solve(r, s, g, 2, null(), null_mut(), 13, l, 4, a),
-            lw_whole_reach_solve(r, s, g, 2, null(), p, 13, null_mut(), 4, a),
-            lw_whole_reach_solve(r, s, g, 2, null(), p, 13, l, 4, null_mut()),
-            lw_whole_reach_go_on(r, s, 9, p, 13, l, 0, null_mut()),
-            lw_whole_reach_best(r, s, g, 2, null(), null(), p, 13, &mut best),
-            lw_whole_reach_best(r, s, g, 2, &likes, null(), p, 13, null_mut()),
-            lw_whole_reach_worst_case_steps(r, s, g, 2, null(), null_mut()),
-            lw_whole_reach_worst_case_steps(r, s, null(), 2, null(), &mut steps),
+            lw_whole_body_ik_new(r, 2, null_mut()),
+            lw_whole_body_ik_new(null_mut(), 2, &mut none),
+            lw_whole_body_ik_keep(r, null_mut(), LEFT),
+            lw_whole_body_ik_release(r, null_mut(), LEFT),
+            lw_whole_body_ik_solve(r, null_mut(), g, 2, null(), p, 13, l, 4, a),
+            lw_whole_body_ik_solve(r, s, null(), 2, null(), p, 13, l, 4, a),
+            lw_whole_body_ik_solve(r, s, g, 2, null(), null_mut(), 13, l, 4, a),
+            lw_whole_body_ik_solve(r, s, g, 2, null(), p, 13, null_mut(), 4, a),
+            lw_whole_body_ik_solve(r, s, g, 2, null(), p, 13, l, 4, null_mut()),
+            lw_whole_body_ik_resume(r, s, 9, p, 13, l, 0, null_mut()),
+            lw_whole_body_ik_best(r, s, g, 2, null(), null(), p, 13, &mut best),
+            lw_whole_body_ik_best(r, s, g, 2, &likes, null(), p, 13, null_mut()),
+            lw_whole_body_ik_worst_case_steps(r, s, g, 2, null(), null_mut()),
+            lw_whole_body_ik_worst_case_steps(r, s, null(), 2, null(), &mut steps),
             lw_effort_worst_case_steps(null(), null(), &mut steps),
             lw_effort_worst_case_steps(null(), &goals[0].goal, null_mut()),
         ]);
         assert_eq!((q, left), (opened, [9.0; 4]), "nothing was written");
         assert_eq!(lw_effort_worst_case_steps(&effort, &goals[0].goal, &mut steps), LwStatus::Ok);
         assert_eq!(steps, own.worst_case_steps(&Goal::pose(X[0])));
-        lw_whole_reach_free(s);
-        lw_whole_reach_free(null_mut());
+        lw_whole_body_ik_free(s);
+        lw_whole_body_ik_free(null_mut());
     }
 }
 
@@ -212,7 +214,7 @@ fn joints_that_mimic_others_are_kept_coupled_when_asked() {
     spec.parts.push(PartSpec::chain("arm", "floor", "hand"));
     let model = RobotModel::new(&spec).unwrap();
     let rust = Robot::new(&model);
-    let mut search = WholeReach::new(&rust, 1);
+    let mut search = WholeBodyIk::new(&rust, 1);
     let text = std::ffi::CString::new(text).unwrap();
     // SAFETY: handles of the library, arrays of the lengths given.
     unsafe {
@@ -236,7 +238,7 @@ fn joints_that_mimic_others_are_kept_coupled_when_asked() {
         assert_eq!(lw_builder_chain(b, name, base, tip), LwStatus::Ok);
         assert_eq!(lw_builder_model(b, &mut m), LwStatus::Ok);
         assert_eq!(lw_robot_new(m, &mut r), LwStatus::Ok);
-        assert_eq!(lw_whole_reach_new(r, 1, &mut s), LwStatus::Ok);
+        assert_eq!(lw_whole_body_ik_new(r, 1, &mut s), LwStatus::Ok);
         let mut answer = std::mem::zeroed::<LwAnswer>();
         for place in [[0.5, 0.3, -0.2], [0.1, 0.7, 0.3], [2.0, 0.3, 0.4]] {
             let pose = LwPose { position: place, ..NOWHERE.pose };
@@ -245,20 +247,20 @@ fn joints_that_mimic_others_are_kept_coupled_when_asked() {
             let (mut q, mut theirs) = ([0.1; 4], [0.1; 4]);
             let p = q.as_mut_ptr();
             quiet(|| {
-                lw_whole_reach_solve(r, s, &tips, 1, null(), p, 4, null_mut(), 0, &mut answer)
+                lw_whole_body_ik_solve(r, s, &tips, 1, null(), p, 4, null_mut(), 0, &mut answer)
             });
             let arm = model.part("arm").unwrap();
             let own = [TipGoal::new(arm, Goal::position(place.into()))];
-            let told = search.reach(&rust, &own, &Effort::default(), &mut theirs).unwrap();
+            let told = search.solve(&rust, &own, &Effort::default(), &mut theirs).unwrap();
             assert_eq!(answer, LwAnswer::from(told));
             same(&q, &theirs);
             assert_eq!(answer.outcome == LwOutcome::Met, place[0] < 1.0);
             assert!((q[3] + q[2] - 0.2).abs() < 1.1e-9, "the wrist mimics the elbow: {q:?}");
             // The chain alone would open it.
-            let alone = lw_robot_reach(r, 0, &goal, null(), p, 4, &mut answer);
+            let alone = lw_robot_inverse_kinematics(r, 0, &goal, null(), p, 4, &mut answer);
             assert_eq!(alone, LwStatus::DoesNotClose);
         }
-        lw_whole_reach_free(s);
+        lw_whole_body_ik_free(s);
         lw_robot_free(r);
         lw_model_free(m);
         lw_builder_free(b);

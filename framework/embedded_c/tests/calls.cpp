@@ -34,7 +34,7 @@ static bool same(const Numbers &a, const Numbers &b) {
 static auto of(const LwAnswer &x) { return std::tuple(x.position, x.orientation, x.kinematics, x.restart, x.outcome); }
 static auto of(const LwBest &x) { return std::tuple(x.cost, x.solutions, x.kinematics, x.outcome); }
 static auto of(const LwPath &x) { return std::tuple(x.at, x.pair.a, x.pair.b, x.outcome); }
-static auto of(const LwWay &x) { return std::tuple(x.rows, x.pair.a, x.pair.b, x.outcome); }
+static auto of(const LwPlan &x) { return std::tuple(x.rows, x.pair.a, x.pair.b, x.outcome); }
 static auto of(const LwTimed &x) { return std::tuple(x.duration, x.part, x.share, x.found); }
 static auto of(const LwTransferred &x) { return std::tuple(x.duration, x.value, x.dof, x.within_limits); }
 static auto of(const LwClosest &x) {
@@ -115,13 +115,13 @@ static void tips(Case &c) {
     LwAnswer answer;
     LwBest best;
     x = y = c.q;
-    DO(lw_robot_reach(c.r, c.left, &goal, nullptr, x.data(), 13, &answer));
+    DO(lw_robot_inverse_kinematics(c.r, c.left, &goal, nullptr, x.data(), 13, &answer));
     CHECK(answer.outcome == LW_OUTCOME_MET);
-    CHECK(of(answer) == of(c.robot.reach(c.left, made, y)) && same(x, y));
+    CHECK(of(answer) == of(c.robot.inverse_kinematics(c.left, made, y)) && same(x, y));
     x = y = c.q;
     const LwPrefer prefer{1, 0, 0, 1, 2, 400};
-    DO(lw_robot_reach_best(c.r, c.left, &goal, &prefer, nullptr, x.data(), 13, &best));
-    CHECK(of(best) == of(c.robot.reach_best(c.left, made, centred(2), y)) && same(x, y));
+    DO(lw_robot_inverse_kinematics_best(c.r, c.left, &goal, &prefer, nullptr, x.data(), 13, &best));
+    CHECK(of(best) == of(c.robot.inverse_kinematics_best(c.left, made, centred(2), y)) && same(x, y));
     goal = {at, {1, 1}, LW_GOAL_POSITION | LW_GOAL_LINE | LW_GOAL_LOOK_AT, {1, 0, 0}, {0, 0, 1}, {0.9, 0.4, 0.2}, 0};
   }
   const LwPrefer far = manipulable(3);
@@ -130,7 +130,7 @@ static void tips(Case &c) {
 }
 
 static void together(Case &c) {
-  WholeReach search(c.robot, 2);
+  WholeBodyIk search(c.robot, 2);
   LwPose at = c.robot.tip_pose(c.left);
   at.position[0] -= 0.02;
   const std::array goals{tip_goal(c.left, pose_goal(at)), tip_goal(c.right, position_goal({0.1, -0.3, 0.05}), c.left)};
@@ -139,14 +139,14 @@ static void together(Case &c) {
   effort.restarts = 2;
   Numbers x = c.q, y = c.q, left(4), more(4);
   LwAnswer answer;
-  DO(lw_whole_reach_solve(c.r, search.get(), goals.data(), 2, &effort, x.data(), 13, left.data(), 4, &answer));
+  DO(lw_whole_body_ik_solve(c.r, search.get(), goals.data(), 2, &effort, x.data(), 13, left.data(), 4, &answer));
   CHECK(of(answer) == of(search.solve(c.robot, goals, y, &effort, more)) && same(x, y) && same(left, more));
   effort.kinematics = 1;
   y = c.q;
   search.solve(c.robot, goals, y, &effort);
-  CHECK(of(answer) == of(search.go_on(c.robot, 1u << 30, y)) && same(x, y));
+  CHECK(of(answer) == of(search.resume(c.robot, 1u << 30, y)) && same(x, y));
   std::size_t steps = 0;
-  DO(lw_whole_reach_worst_case_steps(c.r, search.get(), goals.data(), 2, &effort, &steps));
+  DO(lw_whole_body_ik_worst_case_steps(c.r, search.get(), goals.data(), 2, &effort, &steps));
   CHECK(steps == search.worst_case_steps(c.robot, goals, &effort) && steps >= answer.kinematics);
   DO(lw_effort_worst_case_steps(&effort, &goals[0].goal, &steps));
   CHECK(steps == worst_case_steps(goals[0].goal, &effort) && steps > 1);
@@ -154,7 +154,7 @@ static void together(Case &c) {
   const LwPrefer prefer{1, 0, 0, 1, 2, 50};
   LwBest best;
   x = y = c.q;
-  DO(lw_whole_reach_best(c.r, search.get(), goals.data(), 2, &prefer, nullptr, x.data(), 13, &best));
+  DO(lw_whole_body_ik_best(c.r, search.get(), goals.data(), 2, &prefer, nullptr, x.data(), 13, &best));
   CHECK(of(best) == of(search.best(c.robot, goals, prefer, y)) && same(x, y));
   // What is kept stays.
   search.keep(c.robot, c.right);
@@ -162,7 +162,7 @@ static void together(Case &c) {
   search.solve(c.robot, Span<const LwTipGoal>(goals).first(1), y);
   for (int i = 7; i < 13; ++i) CHECK(y[i] == c.q[i]);
   search.release(c.robot, c.right);
-  refused(LW_STATUS_NO_SEARCH, [&] { search.go_on(c.robot, 1, y); });
+  refused(LW_STATUS_NO_SEARCH, [&] { search.resume(c.robot, 1, y); });
 }
 
 static void spaces(Case &c) {
@@ -189,26 +189,26 @@ static void spaces(Case &c) {
   refused(LW_STATUS_LENGTH, [&] { space.forces(c.robot, c.v, twelve, Span<double>(tau).first(12)); });
   refused(LW_STATUS_LENGTH, [&] { space.forces(c.robot, c.v, Span<double>(twelve).first(6), tau); });
 
-  const std::array wishes{tip_wish(1, c.left, c.twist, LW_ROWS_LINEAR), center_wish(0, {0.02, 0.01, 0}),
+  const std::array objectives{tip_wish(1, c.left, c.twist, LW_ROWS_LINEAR), center_wish(0, {0.02, 0.01, 0}),
                           posture_wish(2, c.a)};
-  CHECK(wishes[0].kind == LW_WISH_TIP && wishes[0].part == c.left && wishes[0].motion[4] == c.twist[4]);
-  CHECK(wishes[1].kind == LW_WISH_CENTER && wishes[1].level == 0 && wishes[1].motion[3] == 0.02);
-  CHECK(wishes[2].posture == c.a.data() && wishes[2].posture_count == 13);
+  CHECK(objectives[0].kind == LW_WISH_TIP && objectives[0].part == c.left && objectives[0].motion[4] == c.twist[4]);
+  CHECK(objectives[1].kind == LW_WISH_CENTER && objectives[1].level == 0 && objectives[1].motion[3] == 0.02);
+  CHECK(objectives[2].posture == c.a.data() && objectives[2].posture_count == 13);
   RateControl control(c.robot, 3, 1);
   const LwGuard guard{0.05, c.right};
   Numbers left(3), more(3);
-  DO(lw_rate_control_solve(c.r, control.get(), wishes.data(), 3, 0.05, &guard, 1, wanted.data(), 13, left.data(), 3));
-  control.solve(c.robot, wishes, 0.05, tau, {&guard, 1}, more);
+  DO(lw_rate_control_solve(c.r, control.get(), objectives.data(), 3, 0.05, &guard, 1, wanted.data(), 13, left.data(), 3));
+  control.solve(c.robot, objectives, 0.05, tau, {&guard, 1}, more);
   CHECK(same(tau, wanted) && same(left, more));
-  control.solve(c.robot, wishes, 0.05, tau);
+  control.solve(c.robot, objectives, 0.05, tau);
   const Numbers effort(13, 80);
   const LwTouch touch{{0.05, 0, 0.01}, {0, 0, 1}, 0.6, 200, c.right};
   WholeBody body(c.robot, 1, 3);
   Numbers vdot(13), moves(13), f(3), pressed(3);
   LwBalanced told;
-  DO(lw_whole_body_solve(c.r, body.get(), c.v.data(), effort.data(), 13, &touch, 1, wishes.data(), 3, wanted.data(),
+  DO(lw_whole_body_solve(c.r, body.get(), c.v.data(), effort.data(), 13, &touch, 1, objectives.data(), 3, wanted.data(),
                          moves.data(), pressed.data(), &told));
-  CHECK(same(told, body.solve(c.robot, c.v, effort, {&touch, 1}, wishes, tau, vdot, f)));
+  CHECK(same(told, body.solve(c.robot, c.v, effort, {&touch, 1}, objectives, tau, vdot, f)));
   CHECK(same(tau, wanted) && same(vdot, moves) && same(f, pressed));
 }
 
@@ -229,13 +229,13 @@ static void hands(Case &c) {
   DO(lw_robot_squeeze(c.r, c.beam, 25, wanted.data(), 13, wrenches.data()));
   CHECK(same(wrenches, c.robot.squeeze(c.beam, 25, tau)) && same(tau, wanted));
   wrenches[1].moment[0] = 0.4;
-  DO(lw_robot_exert(c.r, c.beam, wrenches.data(), wanted.data(), 13));
-  c.robot.exert(c.beam, wrenches, tau);
+  DO(lw_robot_add_hand_wrenches(c.r, c.beam, wrenches.data(), wanted.data(), 13));
+  c.robot.add_hand_wrenches(c.beam, wrenches, tau);
   CHECK(same(tau, wanted));
   const std::array<double, 3> weights{1, 3, 50};
-  LwMoveSqueeze apart;
-  DO(lw_robot_move_squeeze(c.r, c.beam, wrenches.data(), weights.data(), &apart));
-  CHECK(same(apart, c.robot.move_squeeze(c.beam, wrenches, weights)));
+  LwHandWrenches apart;
+  DO(lw_robot_split_hand_wrenches(c.r, c.beam, wrenches.data(), weights.data(), &apart));
+  CHECK(same(apart, c.robot.split_hand_wrenches(c.beam, wrenches, weights)));
   const std::array friction{LwFriction{{0, -1, 0}, 0.6, 0.03, 300}, LwFriction{{0, 1, 0.1}, 0.5, 0.02, 200}};
   LwGripped gripped;
   DO(lw_robot_grip(c.r, c.beam, wrenches.data(), friction.data(), &gripped));
@@ -284,8 +284,8 @@ static void hands(Case &c) {
   const LwClosure onto = c.robot.closure(c.left, c.pliers, jaw, moves);
   CHECK(onto.rows == 6 && onto.rank == left_onto.rank && onto.mobility == left_onto.mobility);
   Numbers M(196), N(196);
-  DO(lw_robot_mass_matrix_with(c.r, c.pliers, M.data(), 196));
-  c.robot.mass_matrix_with(c.pliers, N);
+  DO(lw_robot_mass_matrix_with_object(c.r, c.pliers, M.data(), 196));
+  c.robot.mass_matrix_with_object(c.pliers, N);
   CHECK(same(M, N));
   c.robot.ungrasp(c.pliers);
   // On the jaw, by C and by C++: at the same place.
@@ -313,14 +313,14 @@ static void motions(Case &c) {
   CHECK(of(path) == of(c.robot.path_free_on()));
   Planner one(c.robot, c.left, 400), two(c.robot, c.left, 400);
   const LwSearch search{7, 0.4, 1e-2};
-  LwWay way;
+  LwPlan way;
   DO(lw_planner_plan(c.r, one.get(), c.q.data(), goal.data(), 13, &search, SIZE_MAX, &way));
-  CHECK(way.outcome == LW_WAY_OUTCOME_FOUND && of(way) == of(two.plan(c.robot, c.q, goal, search)));
-  CHECK(two.plan(c.robot, c.q, goal, search, 0).outcome == LW_WAY_OUTCOME_UNFINISHED);
-  CHECK(of(way) == of(two.go_on(c.robot)));
+  CHECK(way.outcome == LW_PLAN_OUTCOME_FOUND && of(way) == of(two.plan(c.robot, c.q, goal, search)));
+  CHECK(two.plan(c.robot, c.q, goal, search, 0).outcome == LW_PLAN_OUTCOME_UNFINISHED);
+  CHECK(of(way) == of(two.resume(c.robot)));
   Numbers rows(13 * way.rows), more(13 * way.rows);
-  DO(lw_planner_way(c.r, one.get(), rows.data(), rows.size()));
-  two.way(c.robot, more);
+  DO(lw_planner_path(c.r, one.get(), rows.data(), rows.size()));
+  two.path(c.robot, more);
   CHECK(same(rows, more));
 
   const Numbers bent(13, 3.0), jerk(13, 30.0);

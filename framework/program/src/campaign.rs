@@ -138,15 +138,15 @@ fn summary(campaign: &Campaign, journal: &Journal, results: &Results, files: &[P
     for (cause, n) in &results.causes {
         say!("  {n:8} {}", cause.name());
     }
-    let width = results.figures.iter().map(|f| f.0.chars().count()).max().unwrap_or(0);
-    for ((figure, unit, _), s) in results.figures.iter().zip(&results.summaries) {
+    let width = results.metrics.iter().map(|f| f.0.chars().count()).max().unwrap_or(0);
+    for ((metric, unit, _), s) in results.metrics.iter().zip(&results.summaries) {
         if s.n == 0 {
-            say!("  {figure:width$}  no run has a value");
+            say!("  {metric:width$}  no run has a value");
             continue;
         }
         let [_, _, p5, _, median, _, p95, _, _] = s.percentiles;
         say!(
-            "  {figure:width$}  {:.6} ± {:.3} {unit}   5 %: {p5:.6}   50 %: {median:.6}   95 %: {p95:.6}",
+            "  {metric:width$}  {:.6} ± {:.3} {unit}   5 %: {p5:.6}   50 %: {median:.6}   95 %: {p95:.6}",
             s.mean,
             s.deviation
         );

@@ -1,6 +1,6 @@
 //! `linkwork export`: a simulation as a co-simulation unit of FMI 3.0, a log as a table.
 use crate::program::program;
-use crate::taps::same;
+use crate::recorders::same;
 use crate::voice::report;
 use crate::{exit, load};
 use clap::Args;

@@ -1,7 +1,7 @@
 //! `linkwork fork`: goes on from a checkpoint with other parameters, or as another simulation.
 //!
 //! The state goes over by path, as between phases: parts of one path and kind keep it, new parts start at this
-//! instant, bodies keep pose and motion. Parts that are kept, new and lost are listed before any file is written. Figures of
+//! instant, bodies keep pose and motion. Parts that are kept, new and lost are listed before any file is written. Metrics of
 //! variables and conditions that both have continue; the log carries the state from which the fork begins, so that it can be simulated again.
 use crate::load::Ready;
 use crate::options::RunOptions;

@@ -1,5 +1,5 @@
 //! A command line over a library of models: [`Program`] is its name, its models and tools of its own; what the commands
-//! do stands here as functions: loading, running with taps, inspecting, comparing.
+//! do stands here as functions: loading, running with recorders, inspecting, comparing.
 //!
 //! The run itself is `linkwork_runner`; this crate gives it options, files, a progress bar and words. It knows no models:
 //! `linkwork` is made of it in `sims/cli`, and the program of a library of one's own in the same way.
@@ -25,12 +25,12 @@ mod pages;
 mod picture;
 mod profile;
 mod program;
+mod recorders;
 mod replay;
 mod run;
 mod scene;
 mod strands;
 mod summary;
-mod taps;
 #[cfg(feature = "viewer")]
 mod telemetry;
 mod view;

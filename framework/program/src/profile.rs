@@ -12,7 +12,7 @@ const LINES: usize = 30;
 /// Time in the operations of parts, and in everything else, of a run of `wall` seconds.
 struct Times {
     spent: Vec<Spent>,
-    /// Integrator, sums at inputs, solved loops, rows for logs, figures, and looking at the clock.
+    /// Integrator, sums at inputs, solved loops, rows for logs, metrics, and looking at the clock.
     rest: f64,
     /// Looking at the clock, as often as it was looked at.
     clock: f64,
@@ -49,7 +49,7 @@ pub fn print(profile: &Profile, wall: f64) {
         rest,
         "",
         "",
-        "integrator, sums, solved loops, rows, figures; and the clock of this table:",
+        "integrator, sums, solved loops, rows, metrics; and the clock of this table:",
     );
     line(clock, "", "", "  about so much for looking at it");
 }

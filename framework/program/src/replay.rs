@@ -1,10 +1,10 @@
 //! `linkwork replay`: simulates again what a log holds, and compares every number.
 use crate::voice::report;
-use crate::{exit, load, taps};
+use crate::{exit, load, recorders};
 use linkwork_assembly::Failure;
 use linkwork_record::{End, LogContents, Series, read_log_contents, seconds};
 use linkwork_runner::BUILT;
-use linkwork_runtime::{Checkpoint, Consumer, Program, Rule, SetRow, Simulation, Tap, TapRow};
+use linkwork_runtime::{Checkpoint, Consumer, Program, Recorder, Rule, Sample, SetRow, Simulation};
 use std::collections::BTreeMap;
 use std::iter::Peekable;
 use std::path::Path;
@@ -86,7 +86,7 @@ struct Verify {
 }
 
 impl Consumer for Verify {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         let mut findings = self.findings.lock().unwrap_or_else(PoisonError::into_inner);
         let Findings { logged, found, fault } = &mut *findings;
         let t = seconds(row.ns);
@@ -174,14 +174,14 @@ fn compare(
     let beyond = rules.iter().map(before).fold(0.0, f64::max);
     let findings = Arc::new(Mutex::new(Findings { logged, ..Findings::default() }));
     let verify = Verify { findings: findings.clone(), columns, beyond };
-    let tap = Tap::start(&sim, groups, 64, Box::new(verify));
-    let mut tap = tap.map_err(|e| e.to_string())?;
+    let recorder = Recorder::start(&sim, groups, 64, Box::new(verify));
+    let mut recorder = recorder.map_err(|e| e.to_string())?;
     if let Some(start) = start {
         // Without an entry the run had no log.
-        let _ = taps::go_on(&mut tap, start, &sim);
+        let _ = recorders::resume(&mut recorder, start, &sim);
     }
-    let outcome = step_to(&mut sim, &mut tap, sets, last, beyond);
-    let ended = tap.finish();
+    let outcome = step_to(&mut sim, &mut recorder, sets, last, beyond);
+    let ended = recorder.finish();
     let Findings { logged, found, fault } =
         std::mem::take(&mut *findings.lock().unwrap_or_else(PoisonError::into_inner));
     if let Some(fault) = fault {
@@ -206,14 +206,14 @@ fn compare(
 /// Steps to `last` (s) and by `beyond` (s) further, or to the first difference.
 fn step_to(
     sim: &mut Simulation,
-    tap: &mut Tap,
+    recorder: &mut Recorder,
     sets: &[SetRow],
     last: f64,
     beyond: f64,
 ) -> Result<(), String> {
     let mut sets = sets.iter().peekable();
     set(sim, &mut sets)?;
-    tap.sample(sim)?;
+    recorder.sample(sim)?;
     // Times in logs are rounded to nanoseconds.
     while sim.time() < last + beyond - 1e-9 {
         match sim.step() {
@@ -222,7 +222,7 @@ fn step_to(
             Err(e) => return Err(format!("the run fails where the log goes on: {e}")),
         }
         set(sim, &mut sets)?;
-        tap.sample(sim)?;
+        recorder.sample(sim)?;
     }
     Ok(())
 }

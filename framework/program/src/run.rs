@@ -7,13 +7,13 @@ use crate::options::{RunOptions, period, time};
 use crate::picture::Picture;
 use crate::summary::{self, Ending, Summary};
 use crate::voice::report;
-use crate::{exit, profile, scene, taps};
+use crate::{exit, profile, recorders, scene};
 use indicatif::{ProgressBar, ProgressStyle};
 use linkwork_assembly::Failure;
 use linkwork_live::{Live, Server, Ticket};
 use linkwork_record::LogSpec;
 use linkwork_runner::{
-    BUILT, Balance, Ended, Folder, Goal, Need, Pause, Prepared, Runner, Saves, TapEnd, Watch,
+    BUILT, Balance, Ended, Folder, Goal, Need, Pause, Prepared, RecorderEnd, Runner, Saves, Watch,
     assignment, changed, time_name,
 };
 use linkwork_runtime::{Change, Checkpoint, Fault, Profile, Seconds, Simulation, Sources};
@@ -248,7 +248,7 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
     if let Begin::Forked(fork) = &source.begin {
         others.extend(fork.simulation().map(load::sim_file));
     }
-    let recording = taps::recording(options, &out, &others)?;
+    let recording = recorders::recording(options, &out, &others)?;
     if !options.no_log {
         match &source.begin {
             Begin::New => {}
@@ -271,10 +271,10 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
         Begin::Resumed(checkpoint) => Some(*checkpoint),
         Begin::Forked(fork) => Some(fork.checkpoint()),
     };
-    let mut figures = prepared.figures;
-    figures.balance = balance;
-    if let Err(e) = runner.figure(figures, earlier) {
-        tell!("warning: {e}\n  help: figures of this run begin at the checkpoint");
+    let mut metrics = prepared.metrics;
+    metrics.balance = balance;
+    if let Err(e) = runner.metric(metrics, earlier) {
+        tell!("warning: {e}\n  help: metrics of this run begin at the checkpoint");
     }
     runner.save_with(saves);
     let mut files = Vec::new();
@@ -295,10 +295,10 @@ fn open(ready: Ready, name: &str, options: &RunOptions, mut source: Source<'_>) 
             // A fork is a run of its own: what came before stands in the log of the run that it left.
             Begin::New | Begin::Forked(_) => None,
         };
-        taps::log(&mut runner, &log, &spec, resumed).map_err(fail)?;
+        recorders::log(&mut runner, &log, &spec, resumed).map_err(fail)?;
         files.push(log);
     }
-    taps::viewers(
+    recorders::viewers(
         &mut runner,
         recording.as_deref(),
         options.rerun.as_deref(),
@@ -465,12 +465,12 @@ impl Run {
         let late = summary::late(&ended, self.goal.until, self.runner.sim().time());
         late.inspect(|text| self.bar.suspend(|| tell!("{text}")));
         // The state is safe before anybody is waited for.
-        if matches!(ended, Ended::Stopped | Ended::Tap(_)) {
+        if matches!(ended, Ended::Stopped | Ended::Recorder(_)) {
             self.runner.save("interrupted.lwck");
         }
         let finished = self.runner.finish_taps();
         let mut ending = summary::ending(ended);
-        if let Some(e) = self.taps(finished)
+        if let Some(e) = self.recorders(finished)
             && matches!(ending, Ending::Until | Ending::StopWhen | Ending::Interrupted)
         {
             self.runner.save("interrupted.lwck");
@@ -541,7 +541,7 @@ impl Run {
                 chunk = (chunk / 2).max(1);
             }
             let failed = self.runner.ended_taps();
-            self.taps(failed);
+            self.recorders(failed);
             self.told_saves();
             self.told_moves();
             self.told_notices();
@@ -560,8 +560,8 @@ impl Run {
         (ended, clock.elapsed().as_secs_f64(), self.runner.sim().time() - begin)
     }
 
-    /// Tells how taps ended. Gives the message of one that the run cannot do without.
-    fn taps(&mut self, ends: Vec<TapEnd>) -> Option<String> {
+    /// Tells how recorders ended. Gives the message of one that the run cannot do without.
+    fn recorders(&mut self, ends: Vec<RecorderEnd>) -> Option<String> {
         let mut fatal = None;
         for end in ends {
             self.dropped += end.dropped;
@@ -604,7 +604,7 @@ impl Run {
 
     /// The balances of the run, when they are taken.
     fn balance(&self) -> Option<&Balance> {
-        self.runner.figures().and_then(|figures| figures.balance.as_ref())
+        self.runner.metrics().and_then(|metrics| metrics.balance.as_ref())
     }
 
     /// Writes the summary, then the picture: a picture can wait, and can fail.
@@ -634,7 +634,7 @@ impl Run {
             seed: sim.plan().seed,
             built: linkwork_runner::built(),
             phases: summary::phases(sim),
-            figures: self.runner.figures().map(summary::figures).unwrap_or_default(),
+            metrics: self.runner.metrics().map(summary::metrics).unwrap_or_default(),
             balances: self.balance().map(Balance::report).unwrap_or_default(),
             files: self.files.clone(),
             problems: self.problems.clone(),

@@ -1,5 +1,5 @@
 //! `summary.json`, and what is said at the end of a run.
-use linkwork_runner::{Balances, Ended, Figures, Realtime};
+use linkwork_runner::{Balances, Ended, Metrics, Realtime};
 use linkwork_runtime::doc::number;
 use linkwork_runtime::{RunError, Seconds, Simulation};
 use serde::Serialize;
@@ -47,7 +47,7 @@ pub struct Summary {
     /// Wall time of stepping (s).
     pub wall_time: f64,
     /// Simulated over wall time, the mean over this process's part of the run: everything counts
-    /// from the first row to the last, the waiting for taps included.
+    /// from the first row to the last, the waiting for recorders included.
     pub real_time_factor: f64,
     /// How late ticks were, of a run at the pace of the clock.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,8 +59,8 @@ pub struct Summary {
     /// When each phase began last (s); none of one that has not begun. Empty for a simulation without phases.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub phases: BTreeMap<String, Option<f64>>,
-    /// The simulation's own figures: value and unit.
-    pub figures: BTreeMap<String, (f64, String)>,
+    /// The simulation's own metrics: value and unit.
+    pub metrics: BTreeMap<String, (f64, String)>,
     /// Balances of energy, mass and charge; empty where `balance: false`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub balances: Balances,
@@ -96,7 +96,7 @@ pub fn ending(ended: Ended) -> Ending {
             "{e}\n  help: it is so from the start; look at what drives `{}`, and at its parameters",
             e.path
         )),
-        Ended::Tap(e) => Ending::LogFailed(e),
+        Ended::Recorder(e) => Ending::LogFailed(e),
     }
 }
 
@@ -124,9 +124,9 @@ pub fn phases(sim: &Simulation) -> BTreeMap<String, Option<f64>> {
         .collect()
 }
 
-/// Figures as name → (value, unit).
-pub fn figures(figures: &Figures) -> BTreeMap<String, (f64, String)> {
-    figures.results().map(|(n, v, u)| (n.to_string(), (v, u.to_string()))).collect()
+/// Metrics as name → (value, unit).
+pub fn metrics(metrics: &Metrics) -> BTreeMap<String, (f64, String)> {
+    metrics.results().map(|(n, v, u)| (n.to_string(), (v, u.to_string()))).collect()
 }
 
 /// Prints a summary for a person.
@@ -165,8 +165,8 @@ pub fn print(s: &Summary) {
     if s.rows_dropped > 0 {
         say!("  the viewer did not take {} rows: they are in the log", s.rows_dropped);
     }
-    let width = s.figures.keys().map(String::len).max().unwrap_or(0);
-    for (name, (value, unit)) in &s.figures {
+    let width = s.metrics.keys().map(String::len).max().unwrap_or(0);
+    for (name, (value, unit)) in &s.metrics {
         if value.is_nan() {
             say!("  {name:width$}  none: what it is taken of, or at, never came");
             continue;

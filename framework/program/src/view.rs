@@ -28,7 +28,7 @@ pub fn view(log: &Path, options: &ViewOptions) -> u8 {
 /// Without the feature there is nothing to draw with.
 #[cfg(not(feature = "viewer"))]
 pub fn view(_: &Path, _: &ViewOptions) -> u8 {
-    crate::taps::without_viewer("view")
+    crate::recorders::without_viewer("view")
 }
 
 #[cfg(feature = "viewer")]
@@ -38,7 +38,7 @@ mod drawn {
     use crate::run::{self, Looked};
     use crate::telemetry::{self, Beside, Telemetry};
     use crate::voice::report;
-    use crate::{load, taps};
+    use crate::{load, recorders};
     use linkwork_record::{End, Entry, LogError, walk_log};
     use linkwork_viz::{NotShown, Player, View, VizError};
 
@@ -83,7 +83,7 @@ mod drawn {
             }
             return Ok(beside);
         };
-        if taps::same(out, log) {
+        if recorders::same(out, log) {
             tell!(
                 "error: --out `{}` is the log itself\n  help: choose another file",
                 out.display()

@@ -7,7 +7,7 @@ use foxglove::Encode;
 use foxglove::messages::{FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_runtime::{
-    Change, Consumer, Group, Place, Plan, PortKind, Program, Role, Rule, Seconds, SetRow, TapRow,
+    Change, Consumer, Group, Place, Plan, PortKind, Program, Role, Rule, Sample, Seconds, SetRow,
     Variable,
 };
 use mcap::records::{MessageHeader, Metadata};
@@ -160,7 +160,7 @@ struct Transforms {
     phases: Vec<Option<(Arc<Tree>, Workspace, Vec<(String, String)>)>>,
 }
 
-/// Writes rows as MCAP; runs in a tap's thread.
+/// Writes rows as MCAP; runs in a recorder's thread.
 pub struct Log {
     path: String,
     /// `None` once it is finished.
@@ -184,7 +184,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Opens the file and writes the header, schemas and channels. The groups are for [`Tap::start`](linkwork_runtime::Tap::start).
+    /// Opens the file and writes the header, schemas and channels. The groups are for [`Recorder::start`](linkwork_runtime::Recorder::start).
     ///
     /// # Errors
     /// [`LogError::Write`].
@@ -412,7 +412,7 @@ fn open_transforms(
 }
 
 impl Transforms {
-    fn message(&mut self, row: &TapRow, out: &mut Vec<u8>) -> Result<(), String> {
+    fn message(&mut self, row: &Sample, out: &mut Vec<u8>) -> Result<(), String> {
         let phase = self.phases.get_mut(row.phase as usize).and_then(Option::as_mut);
         let Some((tree, ws, names)) = phase else { return Ok(()) };
         let nq = tree.nq();
@@ -441,7 +441,7 @@ impl Transforms {
 }
 
 impl Consumer for Log {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         if let Some(mut t) = self.transforms.take_if(|t| t.group == row.group) {
             self.buffer.clear();
             t.message(row, &mut self.buffer)?;

@@ -6,7 +6,7 @@ use foxglove::messages::{
     Grid, PackedElementField, Pose, PosesInFrame, Quaternion, Timestamp, Vector2, Vector3,
 };
 use linkwork_runtime::{
-    Group, OVERLAY_PERIOD, OverlayNews, OverlayTile, OverlayValues, Program, TapRow,
+    Group, OVERLAY_PERIOD, OverlayNews, OverlayTile, OverlayValues, Program, Sample,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::BufWriter;
@@ -75,7 +75,7 @@ impl Overlays {
     /// The messages of a row: what is new in it.
     pub fn messages(
         &mut self,
-        row: &TapRow,
+        row: &Sample,
         mut write: impl FnMut(To, &dyn Fn(&mut Vec<u8>) -> Result<(), String>) -> Result<(), String>,
     ) -> Result<(), String> {
         let timestamp =

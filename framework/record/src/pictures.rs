@@ -3,7 +3,7 @@ use crate::ballast::Ballast;
 use foxglove::Encode;
 use foxglove::messages::{CompressedImage, Timestamp};
 use linkwork_render::Picture;
-use linkwork_runtime::{Group, Program, Seconds, Seen, Shows, TapRow};
+use linkwork_runtime::{Group, Program, Sample, Seconds, Seen, Shows};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
 
@@ -44,7 +44,7 @@ pub(crate) fn open(
 
 impl Camera {
     /// The message of a row with a new picture.
-    pub fn message(&mut self, row: &TapRow, out: &mut Vec<u8>) -> Result<bool, String> {
+    pub fn message(&mut self, row: &Sample, out: &mut Vec<u8>) -> Result<bool, String> {
         let shown = row.shown.iter().flatten().next();
         let seen = shown.and_then(|shown| shown.downcast_ref::<Seen<Picture>>());
         let Some(picture) = seen.map(|s| &s.data).filter(|p| p.number != self.number) else {

@@ -45,13 +45,13 @@ fn log(path: &Path, variables: bool) {
     };
     let mut sim = Simulation::new(plan.clone());
     let (log, groups) = Log::create(path, sim.program(), &spec).unwrap();
-    let mut tap = Tap::start(&sim, groups, 16, Box::new(log)).unwrap();
-    tap.sample(&sim).unwrap();
+    let mut recorder = Recorder::start(&sim, groups, 16, Box::new(log)).unwrap();
+    recorder.sample(&sim).unwrap();
     while sim.before(Seconds { num: 1, den: 1 }) {
         sim.step().unwrap();
-        tap.sample(&sim).unwrap();
+        recorder.sample(&sim).unwrap();
     }
-    tap.finish().unwrap();
+    recorder.finish().unwrap();
 }
 
 /// Titles, and the cells of each row.

@@ -57,15 +57,15 @@ fn every_variable_is_read_under_its_own_path() {
         ..LogSpec::default()
     };
     let (log, groups) = Log::create(&path, sim.program(), &spec).unwrap();
-    let mut tap = Tap::start(&sim, groups, 8, Box::new(log)).unwrap();
+    let mut recorder = Recorder::start(&sim, groups, 8, Box::new(log)).unwrap();
     let mut rows: Vec<(f64, Vec<f64>)> = Vec::new();
     for k in 0..=100 {
-        tap.sample(&sim).unwrap();
+        recorder.sample(&sim).unwrap();
         let values = paths.iter().map(|p| sim.value(variables[p].place)).collect();
         rows.push((f64::from(k) / 100.0, values));
         sim.step().unwrap();
     }
-    tap.finish().unwrap();
+    recorder.finish().unwrap();
     let read = read_log(&path).unwrap();
     let wanted: BTreeSet<&String> = paths.iter().collect();
     assert_eq!(read.keys().collect::<BTreeSet<_>>(), wanted);

@@ -112,7 +112,7 @@ pub fn changed(
 }
 
 impl<W: Watch> Runner<W> {
-    /// Sets, pins or unpins what a path or pattern means, all of it or nothing; the taps are told, so that a log holds
+    /// Sets, pins or unpins what a path or pattern means, all of it or nothing; the recorders are told, so that a log holds
     /// it. Without a value a pin keeps the present one. Gives the variables and their values (SI).
     ///
     /// # Errors
@@ -143,7 +143,7 @@ impl<W: Watch> Runner<W> {
         Ok(())
     }
 
-    /// Tells the taps what was changed at the present tick ([`changed`]), before its rows are taken.
+    /// Tells the recorders what was changed at the present tick ([`changed`]), before its rows are taken.
     pub fn tell(&mut self, change: Change, all: &[(String, f64)]) {
         for (path, value) in all {
             self.tell_taps(path, change, *value);

@@ -1,7 +1,7 @@
 //! Loading: a file or text, compiled and put down, with all mistakes at once.
 use crate::unread::unread;
 use linkwork_assembly::{
-    Failure, Loaded, Options, Parsed, load_file, load_text, misspelt, put_down, tidy,
+    Failure, Loaded, Options, Parsed, load_file, load_text, misspelt, place_machines, tidy,
 };
 use linkwork_runtime::{
     Catalogue, Fault, Files, Made, Origin, Plan, Program, Simulation, Sources, nearest,
@@ -183,7 +183,7 @@ impl Library {
             faulty(faults)
         })?;
         if let Some(plan) = Arc::get_mut(&mut program.phases[0].plan) {
-            put_down(plan, &loaded.simulation.place).map_err(|fault| faulty(vec![fault]))?;
+            place_machines(plan, &loaded.simulation.place).map_err(|fault| faulty(vec![fault]))?;
         }
         if start == Start::LookedAt {
             let mut sim = Simulation::new(program.phases[0].plan.clone());

@@ -1,5 +1,5 @@
 //! What is looked up before a run: nothing is written before all of it is right.
-use crate::figures::Figures;
+use crate::metrics::Metrics;
 use linkwork_assembly::{AroundForm, LogRule, Settings, Text, match_patterns};
 use linkwork_runtime::{Around, Condition, Fault, Plan, Rule};
 
@@ -7,8 +7,8 @@ use linkwork_runtime::{Around, Condition, Fault, Plan, Rule};
 pub struct Prepared {
     /// What to log.
     pub groups: Vec<Rule>,
-    /// Figures.
-    pub figures: Figures,
+    /// Metrics.
+    pub metrics: Metrics,
     /// The condition that stops the run, by its place among those that it watches.
     pub stop_when: Option<u32>,
 }
@@ -23,13 +23,13 @@ pub fn prepare(plan: &Plan, file: &Settings) -> Result<Prepared, Vec<Fault>> {
         faults.append(&mut f);
         Vec::new()
     });
-    let figures = Figures::new(plan, &file.figures).unwrap_or_else(|mut f| {
+    let metrics = Metrics::new(plan, &file.metrics).unwrap_or_else(|mut f| {
         faults.append(&mut f);
-        Figures::default()
+        Metrics::default()
     });
     // It was read when the program was compiled.
     let stop_when = file.stop_when.as_ref().map(|_| 0);
-    if faults.is_empty() { Ok(Prepared { groups, figures, stop_when }) } else { Err(faults) }
+    if faults.is_empty() { Ok(Prepared { groups, metrics, stop_when }) } else { Err(faults) }
 }
 
 /// The variables and conditions of each rule of a log; a rule without a rate takes every step.

@@ -1,9 +1,9 @@
 //! The time loop, and what is due at a tick: calls, rows, checkpoints, the end.
-use crate::figures::Figures;
+use crate::metrics::Metrics;
 use crate::pace::{Pace, Realtime, SystemClock, WallClock};
 use crate::saves::{Extra, Saves};
 use linkwork_runtime::{
-    Change, Checkpoint, RunError, Schedule, Seconds, Simulation, Stop as Step, Tap,
+    Change, Checkpoint, Recorder, RunError, Schedule, Seconds, Simulation, Stop as Step,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ pub struct Goal {
 
 /// What a program takes in passing, in the thread of the run.
 pub trait Watch: Send {
-    /// The state after the work of a tick, before the rows of the taps. Called once for a tick,
+    /// The state after the work of a tick, before the rows of the recorders. Called once for a tick,
     /// and again for the tick at which a run goes on after a pause or a change; and at the instant between ticks at which
     /// `stop_when` ends the run.
     fn tick(&mut self, sim: &Simulation);
@@ -58,7 +58,7 @@ pub trait Watch: Send {
     }
 }
 
-/// What a run owes to a tap.
+/// What a run owes to a recorder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
     /// A log: without it the run is not worth going on.
@@ -82,8 +82,8 @@ pub enum Ended {
     Failed(RunError),
     /// The state is no number from the start, or a service cannot answer until the end.
     Bad(RunError),
-    /// A tap that the run needs has failed.
-    Tap(String),
+    /// A recorder that the run needs has failed.
+    Recorder(String),
 }
 
 /// Why [`Runner::go`] came back.
@@ -97,10 +97,10 @@ pub enum Pause {
     Chunk,
 }
 
-/// How a tap ended.
+/// How a recorder ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TapEnd {
-    /// As given to [`Runner::tap`].
+pub struct RecorderEnd {
+    /// As given to [`Runner::add_recorder`].
     pub name: String,
     /// What the run owed it.
     pub need: Need,
@@ -115,40 +115,40 @@ pub struct TapEnd {
 struct Feed {
     name: String,
     need: Need,
-    tap: Tap,
+    recorder: Recorder,
     /// Why it could not be flushed, which is why it ends.
     failed: Option<String>,
 }
 
 impl Feed {
-    fn end(self, end: impl FnOnce(Tap) -> Result<(), String>) -> TapEnd {
-        let Feed { name, need, tap, failed } = self;
-        let (dropped, unmet) = (tap.dropped(), tap.unmet());
-        let ended = end(tap);
-        TapEnd { name, need, dropped, result: failed.map_or(ended, Err), unmet }
+    fn end(self, end: impl FnOnce(Recorder) -> Result<(), String>) -> RecorderEnd {
+        let Feed { name, need, recorder, failed } = self;
+        let (dropped, unmet) = (recorder.dropped(), recorder.unmet());
+        let ended = end(recorder);
+        RecorderEnd { name, need, dropped, result: failed.map_or(ended, Err), unmet }
     }
 }
 
-/// What a checkpoint of the present tick carries along, by name: that of the watcher, and what taps that the run cannot
-/// do without have to remember, under [`tap_entry`].
+/// What a checkpoint of the present tick carries along, by name: that of the watcher, and what recorders that the run cannot
+/// do without have to remember, under [`recorder_entry`].
 fn carried<W: Watch>(sim: &Simulation, watch: &W, feeds: &[Feed]) -> Result<Extra, String> {
     let mut extra = Extra::new();
     watch.carry(&mut extra)?;
-    if let Some(figures) = Figures::of(sim) {
-        extra.insert(FIGURES.into(), figures.save()?);
+    if let Some(metrics) = Metrics::of(sim) {
+        extra.insert(FIGURES.into(), metrics.save()?);
     }
     for feed in feeds.iter().filter(|feed| feed.need == Need::Must) {
-        extra.insert(tap_entry(&feed.name), feed.tap.carry()?);
+        extra.insert(recorder_entry(&feed.name), feed.recorder.carry()?);
     }
     Ok(extra)
 }
 
-/// The name under which a checkpoint carries the figures.
-const FIGURES: &str = "figures";
+/// The name under which a checkpoint carries the metrics.
+const FIGURES: &str = "metrics";
 
-/// The name under which a checkpoint carries what a tap has to remember, for [`Tap::go_on`].
-pub fn tap_entry(name: &str) -> String {
-    format!("tap.{name}")
+/// The name under which a checkpoint carries what a recorder has to remember, for [`Recorder::resume`].
+pub fn recorder_entry(name: &str) -> String {
+    format!("recorder.{name}")
 }
 
 /// How long a viewer may take for its last rows.
@@ -160,7 +160,7 @@ pub struct Runner<W> {
     /// What the program takes in passing.
     pub watch: W,
     feeds: Vec<Feed>,
-    ended: Vec<TapEnd>,
+    ended: Vec<RecorderEnd>,
     calls: Vec<Schedule>,
     saves: Option<Saves>,
     pace: Option<Pace>,
@@ -187,24 +187,24 @@ impl<W: Watch> Runner<W> {
         }
     }
 
-    /// Takes figures from the present instant on; those that the checkpoint `begins` carries continue from where they stood.
+    /// Takes metrics from the present instant on; those that the checkpoint `begins` carries continue from where they stood.
     ///
     /// # Errors
-    /// What of the checkpoint cannot be read; figures then begin anew.
-    pub fn figure(
+    /// What of the checkpoint cannot be read; metrics then begin anew.
+    pub fn metric(
         &mut self,
-        mut figures: Figures,
+        mut metrics: Metrics,
         begins: Option<&Checkpoint>,
     ) -> Result<(), String> {
         let saved = begins.and_then(|c| c.extra.get(FIGURES));
-        let restored = saved.map_or(Ok(()), |saved| figures.restore(saved));
-        figures.observe(&mut self.sim);
+        let restored = saved.map_or(Ok(()), |saved| metrics.restore(saved));
+        metrics.observe(&mut self.sim);
         restored
     }
 
-    /// The figures, when there are any.
-    pub fn figures(&self) -> Option<&Figures> {
-        Figures::of(&self.sim)
+    /// The metrics, when there are any.
+    pub fn metrics(&self) -> Option<&Metrics> {
+        Metrics::of(&self.sim)
     }
 
     /// The simulation.
@@ -218,10 +218,10 @@ impl<W: Watch> Runner<W> {
         &mut self.sim
     }
 
-    /// Tells the taps of a variable that was changed from outside at the present tick.
+    /// Tells the recorders of a variable that was changed from outside at the present tick.
     pub(crate) fn tell_taps(&mut self, path: &str, change: Change, value: f64) {
         for feed in &mut self.feeds {
-            feed.tap.set(&self.sim, path, change, value);
+            feed.recorder.set(&self.sim, path, change, value);
         }
     }
 
@@ -248,12 +248,12 @@ impl<W: Watch> Runner<W> {
         carried(&self.sim, &self.watch, &self.feeds)
     }
 
-    /// Feeds a tap from the present tick on.
-    pub fn tap(&mut self, name: impl Into<String>, need: Need, tap: Tap) {
-        self.feeds.push(Feed { name: name.into(), need, tap, failed: None });
+    /// Feeds a recorder from the present tick on.
+    pub fn add_recorder(&mut self, name: impl Into<String>, need: Need, recorder: Recorder) {
+        self.feeds.push(Feed { name: name.into(), need, recorder, failed: None });
     }
 
-    /// Whether a tap of this name is fed.
+    /// Whether a recorder of this name is fed.
     pub fn has_tap(&self, name: &str) -> bool {
         self.feeds.iter().any(|f| f.name == name)
     }
@@ -364,7 +364,7 @@ impl<W: Watch> Runner<W> {
             self.watch.tick(&self.sim);
         }
         if let Err(e) = self.rows() {
-            return Some(Pause::Ended(Ended::Tap(e)));
+            return Some(Pause::Ended(Ended::Recorder(e)));
         }
         // A step checks itself: this finds what is bad from the start.
         if !self.checked {
@@ -377,7 +377,7 @@ impl<W: Watch> Runner<W> {
         }
         if fresh && self.saves.as_mut().is_some_and(|s| s.is_due(tick)) {
             if let Err(e) = self.flush() {
-                return Some(Pause::Ended(Ended::Tap(e)));
+                return Some(Pause::Ended(Ended::Recorder(e)));
             }
             if let Some(saves) = &mut self.saves {
                 saves.periodic(&self.sim, || carried(&self.sim, &self.watch, &self.feeds));
@@ -406,11 +406,11 @@ impl<W: Watch> Runner<W> {
         self.stop.is_set().then_some(Ended::Stopped)
     }
 
-    /// Takes the rows that are due. A tap that the run can do without is let go when it fails.
+    /// Takes the rows that are due. A recorder that the run can do without is let go when it fails.
     fn rows(&mut self) -> Result<(), String> {
         let mut k = 0;
         while let Some(feed) = self.feeds.get_mut(k) {
-            match (feed.tap.sample(&self.sim), feed.need) {
+            match (feed.recorder.sample(&self.sim), feed.need) {
                 (Ok(()), _) => k += 1,
                 (Err(e), Need::Must) => {
                     self.feeds.remove(k);
@@ -429,7 +429,7 @@ impl<W: Watch> Runner<W> {
     fn flush(&mut self) -> Result<(), String> {
         let mut k = 0;
         while let Some(feed) = self.feeds.get_mut(k) {
-            match (feed.tap.flush(), feed.need) {
+            match (feed.recorder.flush(), feed.need) {
                 (Err(e), Need::Must) => {
                     self.feeds.remove(k);
                     return Err(e);
@@ -448,7 +448,7 @@ impl<W: Watch> Runner<W> {
     pub fn save(&mut self, name: &str) {
         // The rows before it are on the disk before a checkpoint names its instant. A log that fails says so at its end.
         for feed in self.feeds.iter_mut().filter(|feed| feed.need == Need::Must) {
-            feed.failed = feed.tap.flush().err().or(feed.failed.take());
+            feed.failed = feed.recorder.flush().err().or(feed.failed.take());
         }
         if let Some(saves) = &mut self.saves {
             saves.write(&self.sim, carried(&self.sim, &self.watch, &self.feeds), name);
@@ -463,27 +463,29 @@ impl<W: Watch> Runner<W> {
         }
     }
 
-    /// Taps that have ended since this was asked last, those that failed on the way.
-    pub fn ended_taps(&mut self) -> Vec<TapEnd> {
+    /// Recorders that have ended since this was asked last, those that failed on the way.
+    pub fn ended_taps(&mut self) -> Vec<RecorderEnd> {
         std::mem::take(&mut self.ended)
     }
 
-    /// Finishes one tap, if there is one of this name.
+    /// Finishes one recorder, if there is one of this name.
     ///
     /// # Errors
     /// Its message.
     pub fn finish_tap(&mut self, name: &str) -> Result<(), String> {
         match self.feeds.iter().position(|f| f.name == name) {
-            Some(k) => self.feeds.remove(k).tap.finish(),
+            Some(k) => self.feeds.remove(k).recorder.finish(),
             None => Ok(()),
         }
     }
 
-    /// Finishes all taps: logs are waited for, viewers for a few seconds.
-    pub fn finish_taps(&mut self) -> Vec<TapEnd> {
+    /// Finishes all recorders: logs are waited for, viewers for a few seconds.
+    pub fn finish_taps(&mut self) -> Vec<RecorderEnd> {
         for feed in self.feeds.drain(..) {
             let patient = feed.need != Need::May;
-            let end = |tap: Tap| if patient { tap.finish() } else { tap.finish_within(LAST_ROWS) };
+            let end = |recorder: Recorder| {
+                if patient { recorder.finish() } else { recorder.finish_within(LAST_ROWS) }
+            };
             self.ended.push(feed.end(end));
         }
         self.ended_taps()

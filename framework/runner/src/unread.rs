@@ -1,5 +1,5 @@
 //! Parts that act on nothing and that nobody reads: a sensor that was put in and forgotten.
-use linkwork_assembly::{FigureOf, Loaded, matches};
+use linkwork_assembly::{Loaded, MetricOf, matches};
 use linkwork_runtime::{Fault, PartSpec, Plan, PortSpec, Program};
 use std::collections::BTreeSet;
 
@@ -19,12 +19,12 @@ pub(crate) fn unread(loaded: &Loaded, program: &Program) -> Vec<Fault> {
         }
     }
     let windows = file.log.iter().filter_map(|rule| rule.around.as_ref()).map(|a| &a.when);
-    let figures = file.figures.iter().filter_map(|f| match &f.of {
-        FigureOf::Condition(when) => Some(when),
-        FigureOf::Variable(_) => None,
+    let metrics = file.metrics.iter().filter_map(|f| match &f.of {
+        MetricOf::Condition(when) => Some(when),
+        MetricOf::Variable(_) => None,
     });
-    let firsts = file.figures.iter().filter_map(|f| f.at.as_ref());
-    for when in windows.chain(figures).chain(firsts).chain(&file.stop_when) {
+    let firsts = file.metrics.iter().filter_map(|f| f.at.as_ref());
+    for when in windows.chain(metrics).chain(firsts).chain(&file.stop_when) {
         let named = |p: &&linkwork_runtime::PartPlan| when.text.contains(&p.path);
         seen.extend(plan.parts.iter().filter(named).map(|p| p.path.as_str()));
     }

@@ -82,7 +82,7 @@ struct Rows {
 }
 
 impl Consumer for Rows {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         self.seen += 1;
         self.notes.note("row", row.t);
         if self.seen > self.fails_after { Err("no more rows".into()) } else { Ok(()) }
@@ -96,11 +96,11 @@ impl Consumer for Rows {
     }
 }
 
-fn tap(sim: &Simulation, notes: &Notes, den: u64, fails_after: usize) -> Tap {
+fn recorder(sim: &Simulation, notes: &Notes, den: u64, fails_after: usize) -> Recorder {
     let places = sim.plan().variables.values().map(|v| v.place).collect();
     let group = Group { period: Seconds { num: 1, den }, places, ..Group::default() };
     let rows = Rows { notes: notes.clone(), fails_after, seen: 0 };
-    Tap::start(sim, vec![group], 8, Box::new(rows)).unwrap()
+    Recorder::start(sim, vec![group], 8, Box::new(rows)).unwrap()
 }
 
 fn runner() -> (Runner<Notes>, Notes) {
@@ -132,7 +132,7 @@ fn pieces_of_any_size_leave_no_trace() {
     for piece in [1, 7, 256, 100_000] {
         let (mut r, notes) = runner();
         r.call(Seconds { num: 1, den: 3 });
-        r.tap("rows", Need::Must, tap(r.sim(), &notes, 50, usize::MAX));
+        r.add_recorder("rows", Need::Must, recorder(r.sim(), &notes, 50, usize::MAX));
         let (ended, calls) = drive(&mut r, &mut to(1, 1), piece);
         assert_eq!((ended, r.sim().hash()), (Ended::Goal, plain.hash()), "pieces of {piece}");
         assert_eq!(calls, [0.0, 0.334, 0.667, 1.0], "pieces of {piece}");
@@ -153,7 +153,7 @@ fn a_checkpoint_comes_after_the_rows_of_its_tick_and_goes_on_to_the_same_bits() 
     let every = Some(Seconds { num: 1, den: 4 });
     let saves = Saves::new(r.sim(), folder.path().into(), "top", CONFIGURATION, every);
     r.save_with(saves);
-    r.tap("rows", Need::Must, tap(r.sim(), &notes, 1000, usize::MAX));
+    r.add_recorder("rows", Need::Must, recorder(r.sim(), &notes, 1000, usize::MAX));
     assert_eq!(drive(&mut r, &mut to(1, 1), 64).0, Ended::Goal);
     r.finish_taps();
     let names = ["checkpoint_0.25", "checkpoint_0.5", "checkpoint_0.75", "checkpoint_1"];
@@ -222,15 +222,15 @@ fn every_way_to_end() {
 #[test]
 fn a_log_that_fails_ends_the_run_and_a_viewer_does_not() {
     let (mut r, notes) = runner();
-    r.tap("viewer", Need::May, tap(r.sim(), &notes, 100, 3));
+    r.add_recorder("viewer", Need::May, recorder(r.sim(), &notes, 100, 3));
     assert_eq!(drive(&mut r, &mut to(1, 1), 64).0, Ended::Goal);
     let ends = r.ended_taps();
     assert_eq!((ends.len(), ends[0].name.as_str()), (1, "viewer"));
     assert_eq!(ends[0].result, Err("no more rows".into()));
     assert!(r.ended_taps().is_empty() && !r.has_tap("viewer"));
     let (mut r, notes) = runner();
-    r.tap("log", Need::Must, tap(r.sim(), &notes, 100, 3));
-    assert_eq!(drive(&mut r, &mut to(1, 1), 64).0, Ended::Tap("no more rows".into()));
+    r.add_recorder("log", Need::Must, recorder(r.sim(), &notes, 100, 3));
+    assert_eq!(drive(&mut r, &mut to(1, 1), 64).0, Ended::Recorder("no more rows".into()));
     assert!(r.sim().time() < 0.2, "{}", r.sim().time());
     assert_eq!(r.finish_tap("log"), Ok(()), "it has ended, and nobody is left to ask");
 }

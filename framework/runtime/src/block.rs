@@ -2,10 +2,10 @@
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
 use crate::balance::OwnAccounts;
 use crate::field::Shown;
+use crate::jacobian::{Jacobian, Operation};
 use crate::model::{BuildError, Description, Fired, Model, Store};
 use crate::overlay::SharedOverlay;
 use crate::ports::{Lanes, Text};
-use crate::slopes::{Operation, Slopes};
 use crate::time::Clock;
 use crate::value::Value;
 use smallvec::SmallVec;
@@ -108,12 +108,12 @@ pub trait Block: Send {
     ) -> Outcome;
     /// Derivatives of an operation at (x, d, sig), where the block knows them better than differences do: it fills
     /// the columns of `out` that it knows. Only stiff methods ask.
-    fn slopes(
+    fn jacobian(
         &mut self,
         _operation: Operation,
         _now: &Now,
         _at: (&[f64], &[f64], &[f64]),
-        _out: &mut Slopes,
+        _out: &mut Jacobian,
     ) -> Outcome {
         Ok(())
     }

@@ -216,7 +216,7 @@ impl<F: Field> Block for WiredField<F> {
         self.imprints.clear();
         let each = written.chunks_exact(F::Imprint::N.max(1));
         self.imprints.extend(each.map(|lanes| F::Imprint::gather(sig, lanes)));
-        // Readers have let go: this copies only what a fork, a snapshot or a tap holds too.
+        // Readers have let go: this copies only what a fork, a snapshot or a recorder holds too.
         let data = &mut Arc::make_mut(&mut self.seen).data;
         self.field.update(&self.w.clock(now), data, &self.imprints, &self.own);
         Ok(())

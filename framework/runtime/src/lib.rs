@@ -18,6 +18,7 @@ pub mod doc;
 mod field;
 mod files;
 mod identity;
+mod jacobian;
 mod made;
 mod mechanism;
 mod model;
@@ -29,17 +30,16 @@ mod plan;
 mod port_values;
 mod ports;
 mod program;
+mod recorder;
 mod rows;
 mod scenery;
 mod schedule;
 mod services;
 mod site;
 mod sized;
-mod slopes;
 mod spec;
 mod start;
 mod step;
-mod tap;
 mod time;
 mod units;
 mod value;
@@ -55,6 +55,7 @@ pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, kn
 pub use condition::{Condition, ConditionError, Times};
 pub use field::{Field, Seen, Shown, Shows, View};
 pub use files::Files;
+pub use jacobian::{Jacobian, Operation};
 pub use linkwork_multibody::names::{did_you_mean, nearest};
 pub use made::Made;
 pub use mechanism::{
@@ -77,7 +78,8 @@ pub use ports::{
     SurfaceVelocity, Text, Traction, VehicleMass, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
-pub use rows::{Around, Group, Rows, Rule, Sink, TapRow};
+pub use recorder::{Change, Consumer, Overflow, Recorder, SetRow};
+pub use rows::{Around, Group, Rows, Rule, Sample, Sink};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
@@ -87,7 +89,6 @@ pub use services::{
 };
 pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};
-pub use slopes::{Operation, Slopes};
 pub use spec::{
     Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
 };
@@ -96,7 +97,6 @@ pub use step::{
     GuardState, MoveReport, Notice, Observer, Profile, RunError, Simulation, Spent, State, Stop,
     Stretch, VariableError, Wanted,
 };
-pub use tap::{Change, Consumer, Overflow, SetRow, Tap};
 pub use time::{Clock, Seconds};
 pub use units::{Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};

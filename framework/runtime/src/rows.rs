@@ -21,7 +21,7 @@ use std::collections::VecDeque;
 
 /// One row.
 #[derive(Clone, Debug, Default)]
-pub struct TapRow {
+pub struct Sample {
     /// Index of the group.
     pub group: u32,
     /// Phase of the program.
@@ -40,7 +40,7 @@ pub struct TapRow {
     pub overlays: Vec<Option<SharedOverlay>>,
 }
 
-impl TapRow {
+impl Sample {
     /// Lets go of what parts share with it: as long as a row has it, a part that changes copies.
     pub(crate) fn let_go(&mut self) {
         self.shown.clear();
@@ -65,7 +65,7 @@ impl Around {
 
     /// Bytes of rows of so many columns that wait for an event, at the most.
     pub fn held(&self, period: Seconds, columns: usize) -> u128 {
-        let row = std::mem::size_of::<TapRow>() + 8 * columns;
+        let row = std::mem::size_of::<Sample>() + 8 * columns;
         self.rows(period).saturating_mul(row as u128)
     }
 
@@ -145,12 +145,12 @@ pub trait Sink {
     ///
     /// # Errors
     /// A message: no row goes any more.
-    fn room(&mut self) -> Result<Option<TapRow>, String>;
+    fn room(&mut self) -> Result<Option<Sample>, String>;
     /// A row that was given by [`Sink::room`], filled.
     ///
     /// # Errors
     /// A message: no row goes any more.
-    fn send(&mut self, row: TapRow) -> Result<(), String>;
+    fn send(&mut self, row: Sample) -> Result<(), String>;
 }
 
 /// The rows of one group in a run.
@@ -182,8 +182,8 @@ struct Window {
     met: bool,
     /// The last tick of the present window.
     until: Option<u64>,
-    ring: VecDeque<TapRow>,
-    spare: Vec<TapRow>,
+    ring: VecDeque<Sample>,
+    spare: Vec<Sample>,
 }
 
 /// What of the past decides about rows to come: part of checkpoints.
@@ -240,8 +240,8 @@ impl Rows {
             Some(around) => {
                 let fits = around.check(group.period, width);
                 fits.map_err(|(fact, help)| format!("{fact}\n  help: {help}"))?;
-                let row = || TapRow { values: Vec::with_capacity(width), ..TapRow::default() };
-                let spare: Vec<TapRow> =
+                let row = || Sample { values: Vec::with_capacity(width), ..Sample::default() };
+                let spare: Vec<Sample> =
                     std::iter::repeat_with(row).take(around.rows(group.period) as usize).collect();
                 Some(Window {
                     before: base.ticks_in(around.before),
@@ -319,8 +319,8 @@ impl Rows {
     /// A row of the window goes, unless it is as the last.
     fn give(
         &mut self,
-        mut row: TapRow,
-        spare: &mut Vec<TapRow>,
+        mut row: Sample,
+        spare: &mut Vec<Sample>,
         out: &mut impl Sink,
     ) -> Result<(), String> {
         let same = self.last.as_ref().is_some_and(|last| same(last, &row.values));
@@ -342,7 +342,7 @@ impl Rows {
         !(last.iter().all(|a| now.next().is_some_and(|b| one(*a, b))) && now.next().is_none())
     }
 
-    fn went(&mut self, row: &TapRow) {
+    fn went(&mut self, row: &Sample) {
         if self.group.on_change {
             let last = self.last.get_or_insert_default();
             last.clear();
@@ -358,7 +358,7 @@ impl Rows {
     }
 
     #[inline]
-    fn fill(&self, sim: &Simulation, row: &mut TapRow) {
+    fn fill(&self, sim: &Simulation, row: &mut Sample) {
         let (tick, base) = (sim.state().tick, sim.plan().base);
         (row.group, row.phase, row.tick) = (self.number, sim.state().phase, tick);
         (row.t, row.ns) = (base.times(tick), nanoseconds(tick, base));

@@ -169,11 +169,11 @@ pub trait Terrain: Send + Sync {
     }
     /// What keeps it from answering at t (s): the first thing that went wrong since it was made, with the remedy. Where that was, there
     /// is no ground; a run stops at the end of the step in which it happens.
-    fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
+    fn failure(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
     /// Whether p (m, W) lies beside the map and lower than the ground at the nearest place of its edge: nothing holds a part there.
-    fn beyond(&self, p: Vec3) -> Option<crate::BuildError> {
+    fn out_of_range(&self, p: Vec3) -> Option<crate::BuildError> {
         let [x0, y0, x1, y1] = self.bounds();
         if (x0..=x1).contains(&p.x) && (y0..=y1).contains(&p.y) || !(x0 <= x1 && y0 <= y1) {
             return None;
@@ -222,7 +222,7 @@ pub trait Gravity: Send + Sync {
     }
     /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
     /// row before, with numbers that hold.
-    fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
+    fn failure(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
     /// What it takes W for; in a site `acceleration` has the centrifugal part.
@@ -262,7 +262,7 @@ pub trait Atmosphere: Send + Sync {
     fn air(&self, t: f64, p: Vec3) -> Air;
     /// Where its data end, when p (m, W) lies beyond, and whether the run [stops](crate::BuildError::stops) there. It is asked at each
     /// row for the nodes of the parts that ask for air.
-    fn beyond(&self, _t: f64, _p: Vec3) -> Option<crate::BuildError> {
+    fn out_of_range(&self, _t: f64, _p: Vec3) -> Option<crate::BuildError> {
         None
     }
     /// Dynamic viscosity (Pa s) of its gas at a temperature (K); none where it does not know its gas.
@@ -276,7 +276,7 @@ pub trait Atmosphere: Send + Sync {
     }
     /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
     /// row before, with numbers that hold.
-    fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
+    fn failure(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
     /// Constant k (kg^½/m) of Sutton and Graves for its gas: q = k √(ρ/r_n) V³; `None` where it is not known.
@@ -348,7 +348,7 @@ pub trait Sun: Send + Sync {
     }
     /// What keeps it from answering at simulated time t (s): the span that its data cover, and the remedy. A run stops at the last
     /// row before, with numbers that hold.
-    fn trouble(&self, _t: f64) -> Option<crate::BuildError> {
+    fn failure(&self, _t: f64) -> Option<crate::BuildError> {
         None
     }
 }
@@ -409,22 +409,22 @@ impl ServiceObject {
     }
 
     /// What it says of a part at p (m, W) that lies beyond its data.
-    pub fn beyond(&self, t: f64, p: Vec3) -> Option<crate::BuildError> {
+    pub fn out_of_range(&self, t: f64, p: Vec3) -> Option<crate::BuildError> {
         match self {
-            ServiceObject::Atmosphere(o) => o.beyond(t, p),
-            ServiceObject::Terrain(o) => o.beyond(p),
+            ServiceObject::Atmosphere(o) => o.out_of_range(t, p),
+            ServiceObject::Terrain(o) => o.out_of_range(p),
             ServiceObject::Gravity(_) | ServiceObject::Sun(_) | ServiceObject::World(_) => None,
         }
     }
 
     /// What keeps it from answering at t (s).
-    pub fn trouble(&self, t: f64) -> Option<crate::BuildError> {
+    pub fn failure(&self, t: f64) -> Option<crate::BuildError> {
         match self {
-            ServiceObject::Terrain(o) => o.trouble(t),
-            ServiceObject::Gravity(o) => o.trouble(t),
-            ServiceObject::Atmosphere(o) => o.trouble(t),
-            ServiceObject::Sun(o) => o.trouble(t),
-            ServiceObject::World(o) => o.trouble(t),
+            ServiceObject::Terrain(o) => o.failure(t),
+            ServiceObject::Gravity(o) => o.failure(t),
+            ServiceObject::Atmosphere(o) => o.failure(t),
+            ServiceObject::Sun(o) => o.failure(t),
+            ServiceObject::World(o) => o.failure(t),
         }
     }
 }
@@ -524,13 +524,13 @@ impl Services {
     }
 
     /// The first that cannot answer at t (s), and why.
-    pub(crate) fn trouble(&self, t: f64) -> Option<(&str, crate::BuildError)> {
-        self.objects.iter().find_map(|(path, object)| Some((path.as_str(), object.trouble(t)?)))
+    pub(crate) fn failure(&self, t: f64) -> Option<(&str, crate::BuildError)> {
+        self.objects.iter().find_map(|(path, object)| Some((path.as_str(), object.failure(t)?)))
     }
 
     /// Whether the one at `path` is there and cannot answer at t (s).
     pub(crate) fn is_troubled(&self, path: &str, t: f64) -> bool {
-        self.objects.get(path).is_some_and(|object| object.trouble(t).is_some())
+        self.objects.get(path).is_some_and(|object| object.failure(t).is_some())
     }
 
     /// All, by path.

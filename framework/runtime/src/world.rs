@@ -61,7 +61,7 @@ pub trait World: Send + Sync {
         Err(BuildError::new(fact).help("write `position` and `velocity` in W"))
     }
     /// Why it cannot answer at simulated time t (s): the span that its data cover, and the remedy.
-    fn trouble(&self, _t: f64) -> Option<BuildError> {
+    fn failure(&self, _t: f64) -> Option<BuildError> {
         None
     }
     /// The type behind it, for the library that provides it.

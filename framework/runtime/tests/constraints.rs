@@ -3,7 +3,7 @@ use crate::common::*;
 use linkwork_collision::{ColliderSpec, Colliders, Material, Rules, Shape};
 use linkwork_multibody::{BodySpec, Builder, Coordinate, Hinge, LoopClosure, Multibody};
 use linkwork_runtime::*;
-use linkwork_solvers::{ContactSettings, Treatment};
+use linkwork_solvers::{ConstraintMethod, ContactSettings};
 use linkwork_spatial::{MassProperties, Mat3, Pose, Vec3};
 use std::sync::Arc;
 
@@ -63,24 +63,24 @@ fn closed() -> (Vec<f64>, Vec<f64>) {
     (x[..3].to_vec(), x[3..].to_vec())
 }
 
-fn linkage(treatment: Treatment, integrator: Integrator, step: f64) -> Spec {
+fn linkage(constraint_method: ConstraintMethod, integrator: Integrator, step: f64) -> Spec {
     let (mbs, (q, v)) = (four_bar(false).0, closed());
     let mut s = spec(vec![gravity()], &[]);
     let mut m = MechanismSpec::new("Linkage", Arc::new(mbs), q, v);
-    m.treatments.insert("joint".into(), treatment);
+    m.constraint_methods.insert("joint".into(), constraint_method);
     s.set_mechanism(m);
     s.integrator = integrator;
     s.step = seconds(step);
     s
 }
 
-const BOTH: [Treatment; 2] = [Treatment::Augment, Treatment::Embed];
+const BOTH: [ConstraintMethod; 2] = [ConstraintMethod::Augment, ConstraintMethod::Embed];
 
 #[test]
 fn loops_keep_the_order_and_do_not_drift() {
-    for treatment in BOTH {
+    for constraint_method in BOTH {
         let end = |integrator, step| {
-            let mut sim = Simulation::new(plan(&linkage(treatment, integrator, step)));
+            let mut sim = Simulation::new(plan(&linkage(constraint_method, integrator, step)));
             sim.run_until(seconds(1.0)).unwrap();
             assert!(sim.get("Linkage.joint.error").unwrap() < 1e-11);
             sim.state().x.clone()
@@ -96,19 +96,22 @@ fn loops_keep_the_order_and_do_not_drift() {
             });
             let order = (e[0] / e[1]).log2();
             // Measured: 4.6 and 1.0.
-            assert!((order - want).abs() < 0.7, "{treatment:?} {integrator:?}: {order} {e:?}");
+            assert!(
+                (order - want).abs() < 0.7,
+                "{constraint_method:?} {integrator:?}: {order} {e:?}"
+            );
         }
     }
 }
 
 #[test]
 fn forces_of_loops_are_variables() {
-    let force = |treatment| {
-        let mut sim = Simulation::new(plan(&linkage(treatment, Integrator::Rk4, 0.001)));
+    let force = |constraint_method| {
+        let mut sim = Simulation::new(plan(&linkage(constraint_method, Integrator::Rk4, 0.001)));
         sim.run_until(seconds(0.3)).unwrap();
         (0..3).map(|i| sim.get(&format!("Linkage.joint.force[{i}]")).unwrap()).collect::<Vec<_>>()
     };
-    let (a, b) = (force(Treatment::Augment), force(Treatment::Embed));
+    let (a, b) = (force(ConstraintMethod::Augment), force(ConstraintMethod::Embed));
     // The force across the plane is one of the redundant rows.
     let plane = |f: &[f64]| [f[0], f[2]];
     let scale = plane(&a).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -120,7 +123,7 @@ fn forces_of_loops_are_variables() {
 
 #[test]
 fn loops_that_cannot_close_are_refused() {
-    let mut s = linkage(Treatment::Auto, Integrator::Rk4, 0.001);
+    let mut s = linkage(ConstraintMethod::Auto, Integrator::Rk4, 0.001);
     let (mbs, q) = four_bar(false);
     let mut b = Builder::from(&mbs);
     b.loops_mut()[0].frame_a = Pose::translation(3.0, 0.0, 0.0);
@@ -252,20 +255,20 @@ fn pins_hold_beside_contact_and_not_inside_loops() {
         let e = rest.pin(path, 0.0).unwrap_err();
         assert!(e.message.contains("takes its steps by itself"), "{e}");
     }
-    for treatment in BOTH {
-        let mut sim = Simulation::new(plan(&linkage(treatment, Integrator::Rk4, 1e-3)));
+    for constraint_method in BOTH {
+        let mut sim = Simulation::new(plan(&linkage(constraint_method, Integrator::Rk4, 1e-3)));
         let coordinate = sim.plan().lanes.iter().find(|(_, v)| v.place == Place::X(0));
         let path = coordinate.unwrap().0.clone();
         let e = sim.pin(&path, 1.0).unwrap_err();
-        assert!(e.message.contains("holds it together"), "{treatment:?}: {e}");
+        assert!(e.message.contains("holds it together"), "{constraint_method:?}: {e}");
     }
 }
 
 /// With contact, loops report their mean forces over a step, which tend to those of smooth dynamics.
 #[test]
 fn loops_report_their_forces_beside_contact() {
-    let force = |treatment, contact: bool| {
-        let mut s = linkage(treatment, Integrator::Rk4, 1e-4);
+    let force = |constraint_method, contact: bool| {
+        let mut s = linkage(constraint_method, Integrator::Rk4, 1e-4);
         let m = s.mechanism_mut().unwrap();
         let none = Colliders::new(Vec::new(), Rules::default(), &m.multibody).unwrap();
         m.contact = contact.then(|| ContactSpec {
@@ -277,11 +280,14 @@ fn loops_report_their_forces_beside_contact() {
         assert!(sim.get("Linkage.joint.error").unwrap() < 1e-11);
         ["force[0]", "force[2]"].map(|f| sim.get(&format!("Linkage.joint.{f}")).unwrap())
     };
-    for treatment in BOTH {
-        let (smooth, stepped) = (force(treatment, false), force(treatment, true));
+    for constraint_method in BOTH {
+        let (smooth, stepped) = (force(constraint_method, false), force(constraint_method, true));
         for (a, b) in smooth.iter().zip(&stepped) {
             // Measured: the states differ by up to 2e-3 at this step.
-            assert!((a - b).abs() < 1e-2 * (1.0 + a.abs()), "{treatment:?} {smooth:?} {stepped:?}");
+            assert!(
+                (a - b).abs() < 1e-2 * (1.0 + a.abs()),
+                "{constraint_method:?} {smooth:?} {stepped:?}"
+            );
         }
     }
 }
@@ -290,7 +296,7 @@ fn loops_report_their_forces_beside_contact() {
 /// however it is solved and wherever the machine stands.
 #[test]
 fn what_a_loop_holds_together_is_told_by_the_structure() {
-    let machine = |treatment| {
+    let machine = |constraint_method| {
         let (small, q) = four_bar(false);
         let mut b = Builder::new();
         let J = Mat3::from_diagonal(&Vec3::new(0.5, 0.7, 0.6));
@@ -320,14 +326,14 @@ fn what_a_loop_holds_together_is_told_by_the_structure() {
             v[mbs.hinge(body).unwrap().start] = 1.0;
         }
         let mut m = MechanismSpec::new("Linkage", Arc::new(mbs), start, v);
-        m.treatments.insert("joint".into(), treatment);
+        m.constraint_methods.insert("joint".into(), constraint_method);
         let mut s = spec(vec![gravity()], &[]);
         s.set_mechanism(m);
         s.step = seconds(0.001);
         s
     };
-    for treatment in BOTH {
-        let mut sim = Simulation::new(plan(&machine(treatment)));
+    for constraint_method in BOTH {
+        let mut sim = Simulation::new(plan(&machine(constraint_method)));
         let states: Vec<String> = (sim.plan().lanes.iter())
             .filter(|(_, v)| matches!(v.place, Place::X(_)))
             .map(|(path, _)| path.clone())
@@ -348,7 +354,7 @@ fn what_a_loop_holds_together_is_told_by_the_structure() {
                 "rocker.angle",
                 "rocker.rate",
             ],
-            "{treatment:?}"
+            "{constraint_method:?}"
         );
         let [height, angle] = ["frame.position.z", "crank.angle"].map(|p| sim.get(p).unwrap());
         for path in ["frame.position.z", "frame.velocity.z", "frame.angular.y", "lone.displacement"]
@@ -356,8 +362,8 @@ fn what_a_loop_holds_together_is_told_by_the_structure() {
             sim.pin(path, sim.get(path).unwrap()).unwrap();
         }
         sim.run_until(seconds(0.5)).unwrap();
-        assert!(sim.get("Linkage.joint.error").unwrap() < 1e-11, "{treatment:?}");
-        assert!((sim.get("crank.angle").unwrap() - angle).abs() > 0.01, "{treatment:?}");
+        assert!(sim.get("Linkage.joint.error").unwrap() < 1e-11, "{constraint_method:?}");
+        assert!((sim.get("crank.angle").unwrap() - angle).abs() > 0.01, "{constraint_method:?}");
         assert_eq!(sim.get("frame.position.z").unwrap(), height);
     }
 }

@@ -56,7 +56,7 @@ fn checkpoints_are_taken_or_refused() {
 fn what_a_tap_remembers_is_taken_or_refused() {
     struct Nobody;
     impl Consumer for Nobody {
-        fn row(&mut self, _: &TapRow) -> Result<(), String> {
+        fn row(&mut self, _: &Sample) -> Result<(), String> {
             Ok(())
         }
         fn finish(&mut self) -> Result<(), String> {
@@ -74,19 +74,20 @@ fn what_a_tap_remembers_is_taken_or_refused() {
             Group { period, places, on_change: true, ..Group::default() },
         ]
     };
-    let tap = |sim: &Simulation| Tap::start(sim, groups(sim), 8, Box::new(Nobody)).unwrap();
+    let recorder =
+        |sim: &Simulation| Recorder::start(sim, groups(sim), 8, Box::new(Nobody)).unwrap();
     let mut sim = machine();
-    let mut first = tap(&sim);
+    let mut first = recorder(&sim);
     for _ in 0..12 {
         first.sample(&sim).unwrap();
         sim.step().unwrap();
     }
     first.sample(&sim).unwrap();
     let seeds = [first.carry().unwrap()];
-    assert!(tap(&sim).go_on(&seeds[0], &sim).is_ok());
+    assert!(recorder(&sim).resume(&seeds[0], &sim).is_ok());
     mutate::survives(&seeds, 3000, |bytes| {
-        let mut second = tap(&sim);
-        let taken = second.go_on(bytes, &sim).is_ok();
+        let mut second = recorder(&sim);
+        let taken = second.resume(bytes, &sim).is_ok();
         second.sample(&sim).unwrap();
         taken
     });

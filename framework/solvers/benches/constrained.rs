@@ -27,7 +27,7 @@ mod picture;
 use linkwork_dynamics::multibody::ConstraintId;
 use linkwork_dynamics::spatial::Vec3;
 use linkwork_dynamics::{Tree, Workspace};
-use linkwork_solvers::{ConstrainedSolver, FullyAugmentedSolver, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, FullyAugmentedSolver};
 use loops::{Case, State};
 use picture::{Curve, Panel};
 use std::hint::black_box;
@@ -41,23 +41,23 @@ const TARGET: f64 = 0.75;
 const RIGHT: f64 = 1e-8;
 const LOOSE: f64 = 1e-6;
 
-type Choice = fn(ConstraintId) -> Treatment;
+type Choice = fn(ConstraintId) -> ConstraintMethod;
 
 /// How each loop is treated; `None` is the fully augmented solver.
 type Way = Option<Choice>;
 
 /// Ours: tree-augmented, embedded, every second loop embedded, what the rule says, fully augmented.
 const WAYS: [(&str, Way); 5] = [
-    ("TA", Some(|_| Treatment::Augment)),
-    ("CE", Some(|_| Treatment::Embed)),
+    ("TA", Some(|_| ConstraintMethod::Augment)),
+    ("CE", Some(|_| ConstraintMethod::Embed)),
     (
         "TA+CE",
         Some(|c| match c {
-            ConstraintId::Loop(i) if i % 2 == 0 => Treatment::Embed,
-            _ => Treatment::Augment,
+            ConstraintId::Loop(i) if i % 2 == 0 => ConstraintMethod::Embed,
+            _ => ConstraintMethod::Augment,
         }),
     ),
-    ("Auto", Some(|_| Treatment::Auto)),
+    ("Auto", Some(|_| ConstraintMethod::Auto)),
     ("FA", None),
 ];
 
@@ -257,7 +257,7 @@ fn accelerations(tree: &Tree, states: &[State], way: Way) -> Vec<Vec<f64>> {
 /// Independent rows, the fewest of all states.
 fn rank(tree: &Tree, states: &[State]) -> usize {
     let mut ws = Workspace::new(tree);
-    let mut solver = ConstrainedSolver::new(tree, |_| Treatment::Augment);
+    let mut solver = ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment);
     let one = |s: &State| {
         let (mut tau, mut vdot) = (s.tau.clone(), vec![0.0; tree.nv()]);
         let done = solver.forward(tree, &mut ws, (&s.q, &s.v), &[], &mut tau, &mut vdot);

@@ -13,7 +13,7 @@ use linkwork_dynamics::multibody::{
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
 use linkwork_integrate::{Field, Integrator, Method};
-use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
 
 const LOOPS: usize = 40;
 const END: f64 = 10.0;
@@ -65,7 +65,7 @@ fn ours(h: f64) -> Run {
     let n = tree.nv();
     let mut ws = Workspace::new(&tree);
     ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
-    let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+    let mut solver = ConstrainedSolver::new(&tree, |_| ConstraintMethod::Augment);
     let mut close = Projector::new(&tree);
     close.tolerance = 1e-10;
     let mut x = vec![0.0; 2 * n];

@@ -23,7 +23,7 @@ use linkwork_dynamics::spatial::Vec3;
 use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_solvers::contact::{Cone, Contact, Factor, Problem, Settings};
-use linkwork_solvers::{ContactSettings, Treatment};
+use linkwork_solvers::{ConstraintMethod, ContactSettings};
 use std::path::PathBuf;
 use steps::{Figures, ours, run_peer, together};
 
@@ -126,7 +126,7 @@ fn problems() {
 fn problem(name: &str, links: usize, first: usize) {
     let mbs = scenes::chain(links);
     let tree = Tree::new(&mbs);
-    let units = Units::new(&tree, |_| Treatment::Augment);
+    let units = Units::new(&tree, |_| ConstraintMethod::Augment);
     let (mut ws, mut uw) = (Workspace::new(&tree), UnitsWork::new(&tree, &units));
     ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
     let zero = vec![0.0; tree.nv()];

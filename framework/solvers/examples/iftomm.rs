@@ -51,7 +51,7 @@ const ALL: [With; 3] = [With::Rows, With::Embedded, With::FullyAugmented];
 fn main() {
     println!(
         "{:<18} {:<15} {:>5} {:>6} {:>9} {:>4} {:>7} {:>9}  of what, against which reference",
-        "problem", "treatment", "s", "step", "energy/J", "left", "wall/s", "error"
+        "problem", "constraint_method", "s", "step", "energy/J", "left", "wall/s", "error"
     );
     a01_rows();
     a02_rows();

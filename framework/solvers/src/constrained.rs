@@ -10,7 +10,7 @@
 
 use crate::shared::Shared;
 use crate::skyline::Skyline;
-use linkwork_dynamics::units::{Level, RowSet, Treatment, Units, UnitsWork, WIDTH};
+use linkwork_dynamics::units::{ConstraintMethod, Level, RowSet, Units, UnitsWork, WIDTH};
 use linkwork_dynamics::{DynamicsError, Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use thiserror::Error;
@@ -152,10 +152,10 @@ pub struct ConstrainedSolver {
 }
 
 impl ConstrainedSolver {
-    /// For a tree, each constraint of its mechanism treated as `treatment` says.
+    /// For a tree, each constraint of its mechanism treated as `constraint_method` says.
     #[must_use]
-    pub fn new(tree: &Tree, treatment: impl Fn(ConstraintId) -> Treatment) -> Self {
-        Self::of(tree, Units::new(tree, treatment))
+    pub fn new(tree: &Tree, constraint_method: impl Fn(ConstraintId) -> ConstraintMethod) -> Self {
+        Self::of(tree, Units::new(tree, constraint_method))
     }
 
     fn of(tree: &Tree, units: Units) -> Self {
@@ -191,7 +191,7 @@ impl ConstrainedSolver {
         }
         let n = envelope.len();
         let near = (!units.embedded().is_empty())
-            .then(|| Box::new(Self::of(tree, Units::new(tree, |_| Treatment::Augment))));
+            .then(|| Box::new(Self::of(tree, Units::new(tree, |_| ConstraintMethod::Augment))));
         Self {
             near,
             uw: UnitsWork::new(tree, &units),

@@ -11,7 +11,7 @@
 //! | compliant ([`CompliantContact`]) | forces of penetration and bristles | none but its states |
 //! | rolling ([`Rolling`]) | wheels that roll on the ground, no forces | where vehicles drive, how they lie |
 //!
-//! The first four are one [`ConstrainedSolver`] with another [`Treatment`] of each constraint.
+//! The first four are one [`ConstrainedSolver`] with another [`ConstraintMethod`] of each constraint.
 #![allow(non_snake_case)]
 
 mod compliant;
@@ -31,7 +31,7 @@ pub use compliant::{
 };
 pub use constrained::{ConstrainedSolver, NEAR, Redundant, Report, SolverError, Stabilisation};
 pub use fully_augmented::{FullyAugmentedError, FullyAugmentedSolver};
-pub use linkwork_dynamics::units::Treatment;
+pub use linkwork_dynamics::units::ConstraintMethod;
 pub use projection::{Closing, ProjectionError, Projector};
 pub use rolling::{
     Footing, Rolling, RollingError, RollingGround, RollingReport, Traction, Vehicle, WheelLoad,

@@ -5,11 +5,11 @@
 //! ḋ(q, β) = 0       β ← β + Δ,  G Δ = −ḋ       once: rates are linear
 //! Δ                 the least one: Σ Δ² over rad and m alike
 //! ```
-//! All constraints are rows here and masses do not enter, so that the start is the same for every [`Treatment`]. Kept coordinates
+//! All constraints are rows here and masses do not enter, so that the start is the same for every [`ConstraintMethod`]. Kept coordinates
 //! have no column in G. Where no other coordinate says on which branch the machine is, it is followed from the neutral configuration
 //! in small steps, closed at each. Else Newton's method begins at the given configuration.
 use crate::constrained::{ConstrainedSolver, greater, named};
-use linkwork_dynamics::units::Treatment;
+use linkwork_dynamics::units::ConstraintMethod;
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
 
@@ -72,7 +72,7 @@ pub fn close_start(
         tree,
         motions,
         ws: Workspace::new(tree),
-        solver: ConstrainedSolver::new(tree, |_| Treatment::Augment),
+        solver: ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment),
     };
     let mut closed = q.to_vec();
     start.positions(&held(&kept.positions), &prescribed, &mut closed)?;

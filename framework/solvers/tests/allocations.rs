@@ -7,7 +7,7 @@ use linkwork_collision::{Material, Shape};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, LoopClosure, Multibody};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
-use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
 
 fn none(what: &str, info: &AllocationInfo) {
     assert_eq!(info.count_total, 0, "{what}: {info:?}");
@@ -61,9 +61,9 @@ fn mechanism() -> (Multibody, Vec<f64>) {
 fn constrained_accelerations_and_projections() {
     let (mbs, start) = mechanism();
     let tree = Tree::new(&mbs);
-    for treatment in [Treatment::Augment, Treatment::Embed] {
+    for constraint_method in [ConstraintMethod::Augment, ConstraintMethod::Embed] {
         let mut ws = Workspace::new(&tree);
-        let mut solver = ConstrainedSolver::new(&tree, |_| treatment);
+        let mut solver = ConstrainedSolver::new(&tree, |_| constraint_method);
         let mut close = Projector::new(&tree);
         let (mut q, mut v) = (start.clone(), mbs.random_v(4));
         let (mut tau, mut vdot) = (mbs.random_v(5), vec![0.0; mbs.nv()]);
@@ -84,7 +84,7 @@ fn constrained_accelerations_and_projections() {
         };
         step();
         none(
-            &format!("{treatment:?}"),
+            &format!("{constraint_method:?}"),
             &measure(|| {
                 for _ in 0..20 {
                     step();

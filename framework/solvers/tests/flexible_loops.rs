@@ -12,7 +12,7 @@ use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{
     Compliance, Tree, Workspace, forward_dynamics, forward_dynamics_given_kinematics, kinematics,
 };
-use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
 
 fn modes(r: &mut Rng) -> Modes {
     let station = |r: &mut Rng| Station {
@@ -86,7 +86,7 @@ fn loops_through_flexible_bodies_hold_and_their_forces_do_the_same_on_the_tree()
         let (nv, mut ws) = (mbs.nv(), Workspace::new(&tree));
         let mut v = mbs.random_v(seed);
         // Embedding is asked for; ways with modes on them become rows.
-        let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Embed);
+        let mut solver = ConstrainedSolver::new(&tree, |_| ConstraintMethod::Embed);
         assert!(!solver.units().augmented().is_empty());
         Projector::new(&tree).rates(&tree, &mut ws, &mut solver, &[], &q, &mut v).unwrap();
         ws.clear_forces();
@@ -145,7 +145,7 @@ fn a_contact_on_a_flexible_body_moves_with_the_nearest_station() {
         let mut ws = Workspace::new(&tree);
         let (v, nv) = (mbs.random_v(seed), mbs.nv());
         kinematics(&tree, &mut ws, &q, &v);
-        let units = Units::new(&tree, |_| Treatment::Augment);
+        let units = Units::new(&tree, |_| ConstraintMethod::Augment);
         let mut uw = UnitsWork::new(&tree, &units);
         let zero = vec![0.0; nv];
         units.gather(&tree, &mut ws, &mut uw, &zero, &zero, &[]).unwrap();
@@ -212,7 +212,7 @@ fn a_truss_of_two_beams_carries_its_load() {
     let mbs = b.build().unwrap();
     let (tree, nv) = (Tree::new(&mbs), mbs.nv());
     let (mut ws, mut solver) =
-        (Workspace::new(&tree), ConstrainedSolver::new(&tree, |_| Treatment::Auto));
+        (Workspace::new(&tree), ConstrainedSolver::new(&tree, |_| ConstraintMethod::Auto));
     // Stretch of each rod under its share of the load: η = φ(tip) N / k.
     let F = 1000.0;
     let N = F / (2.0 * 1.0_f64.sin());

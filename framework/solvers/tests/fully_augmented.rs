@@ -1,4 +1,4 @@
-//! The fully augmented solver beside every treatment of the constrained one: accelerations and
+//! The fully augmented solver beside every constraint method of the constrained one: accelerations and
 //! constraint forces of random mechanisms.
 
 use crate::dynamics_support::{Rng, Shape, close, random_tree};
@@ -9,15 +9,16 @@ use linkwork_dynamics::multibody::{
 use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace, forward_dynamics, kinematics};
 use linkwork_solvers::{
-    ConstrainedSolver, FullyAugmentedError, FullyAugmentedSolver, Report, Stabilisation, Treatment,
+    ConstrainedSolver, ConstraintMethod, FullyAugmentedError, FullyAugmentedSolver, Report,
+    Stabilisation,
 };
 
 /// Accelerations, prescribed forces, forces of constraints, report.
 type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Report);
 
-fn constrained(c: &Case, treatment: impl Fn(ConstraintId) -> Treatment) -> Answer {
+fn constrained(c: &Case, constraint_method: impl Fn(ConstraintId) -> ConstraintMethod) -> Answer {
     let (mut ws, mut tau, mut vdot) = (c.ws.clone(), c.tau.clone(), c.vdot.clone());
-    let mut s = ConstrainedSolver::new(&c.tree, treatment);
+    let mut s = ConstrainedSolver::new(&c.tree, constraint_method);
     let state = (&c.q[..], &c.v[..]);
     let report = s
         .forward_given_kinematics(&c.tree, &mut ws, state, &c.motions, &mut tau, &mut vdot)
@@ -36,10 +37,10 @@ fn fully_augmented(c: &Case) -> Answer {
     (vdot, tau, forces, report)
 }
 
-fn both(id: ConstraintId) -> Treatment {
+fn both(id: ConstraintId) -> ConstraintMethod {
     match id {
-        ConstraintId::Loop(i) if i % 2 == 0 => Treatment::Embed,
-        _ => Treatment::Augment,
+        ConstraintId::Loop(i) if i % 2 == 0 => ConstraintMethod::Embed,
+        _ => ConstraintMethod::Augment,
     }
 }
 
@@ -52,13 +53,13 @@ fn near(a: &[f64], b: &[f64], what: &str) {
     }
 }
 
-/// Every treatment against the fully augmented form; returns how many were comparable.
+/// Every constraint method against the fully augmented form; returns how many were comparable.
 fn compare(make: fn(u64, Shape, usize) -> Case, seeds: u64) -> (usize, usize) {
     let (mut compared, mut forces_compared) = (0, 0);
     for seed in 0..seeds {
         let c = make(seed, SHAPES[seed as usize % 3], 1 + seed as usize % 3);
         let (a, tau, forces, report) = fully_augmented(&c);
-        let (ta, tau_ta, forces_ta, ta_report) = constrained(&c, |_| Treatment::Augment);
+        let (ta, tau_ta, forces_ta, ta_report) = constrained(&c, |_| ConstraintMethod::Augment);
         if ta_report.contradiction > 1e-9 {
             assert!(report.contradiction > 1e-9, "seed {seed}: {report:?} {ta_report:?}");
             continue;
@@ -67,7 +68,7 @@ fn compare(make: fn(u64, Shape, usize) -> Case, seeds: u64) -> (usize, usize) {
         assert_eq!(lost(&report), lost(&ta_report), "seed {seed}");
         let others = [
             ("augmented", (ta, tau_ta, forces_ta, ta_report)),
-            ("embedded", constrained(&c, |_| Treatment::Embed)),
+            ("embedded", constrained(&c, |_| ConstraintMethod::Embed)),
             ("both", constrained(&c, both)),
         ];
         for (name, (b, tau_b, forces_b, _)) in others {
@@ -106,7 +107,7 @@ fn states_off_the_constraints_agree() {
         kinematics(&c.tree, &mut c.ws, &c.q, &c.v);
         c.ws.apply_uniform_gravity(Vec3::new(0.1, 0.2, -9.8));
         let (a, _, forces, report) = fully_augmented(&c);
-        let (b, _, forces_b, _) = constrained(&c, |_| Treatment::Augment);
+        let (b, _, forces_b, _) = constrained(&c, |_| ConstraintMethod::Augment);
         if report.rank < report.rows {
             continue;
         }
@@ -200,7 +201,7 @@ fn stabilised_alike() {
         let state = (&c.q[..], &c.v[..]);
         let a =
             fa.forward_given_kinematics(&c.tree, &c.ws, state, &[], &mut tau, &mut vdot).unwrap();
-        let mut ta = ConstrainedSolver::new(&c.tree, |_| Treatment::Augment);
+        let mut ta = ConstrainedSolver::new(&c.tree, |_| ConstraintMethod::Augment);
         ta.stabilisation = held;
         let (mut tau, mut want) = (c.tau.clone(), c.vdot.clone());
         let b = ta.forward_given_kinematics(&c.tree, &mut c.ws, state, &[], &mut tau, &mut want);
@@ -306,7 +307,7 @@ fn a_gear_within_one_hinge() {
     kinematics(&tree, &mut ws, &q, &v);
     ws.apply_uniform_gravity(Vec3::new(1.0, 0.0, -9.81));
     let mut fa = FullyAugmentedSolver::new(&tree).unwrap();
-    let mut ta = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+    let mut ta = ConstrainedSolver::new(&tree, |_| ConstraintMethod::Augment);
     let (mut t, mut a) = ([0.3, 0.4], [0.0; 2]);
     fa.forward_given_kinematics(&tree, &ws, (&q, &v), &[], &mut t, &mut a).unwrap();
     let mut b = [0.0; 2];

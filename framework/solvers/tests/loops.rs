@@ -1,4 +1,4 @@
-//! Closed loops: every treatment against every other, against the balance of forces, against
+//! Closed loops: every constraint method against every other, against the balance of forces, against
 //! finite differences.
 
 use crate::dynamics_support::{Rng, close};
@@ -10,48 +10,51 @@ use linkwork_dynamics::multibody::{
 use linkwork_dynamics::spatial::{Force, Pose, Vec3};
 use linkwork_dynamics::units::{RowSet, Units, UnitsWork};
 use linkwork_dynamics::{Tree, Workspace, inverse_dynamics, kinematics};
-use linkwork_solvers::{ConstrainedSolver, Projector, Report, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector, Report};
 
 /// Accelerations, prescribed forces, and the report.
 fn solve(
     c: &Case,
-    treatment: impl Fn(ConstraintId) -> Treatment,
+    constraint_method: impl Fn(ConstraintId) -> ConstraintMethod,
 ) -> (Vec<f64>, Vec<f64>, ConstrainedSolver, Report) {
     let (mut ws, mut tau, mut vdot) = (c.ws.clone(), c.tau.clone(), c.vdot.clone());
-    let mut solver = ConstrainedSolver::new(&c.tree, treatment);
+    let mut solver = ConstrainedSolver::new(&c.tree, constraint_method);
     let report = solver
         .forward_given_kinematics(&c.tree, &mut ws, (&c.q, &c.v), &[], &mut tau, &mut vdot)
         .unwrap();
     (vdot, tau, solver, report)
 }
 
-fn both(id: ConstraintId) -> Treatment {
+fn both(id: ConstraintId) -> ConstraintMethod {
     match id {
-        ConstraintId::Loop(i) if i % 2 == 0 => Treatment::Embed,
-        _ => Treatment::Augment,
+        ConstraintId::Loop(i) if i % 2 == 0 => ConstraintMethod::Embed,
+        _ => ConstraintMethod::Augment,
     }
 }
 
-type Choice = fn(ConstraintId) -> Treatment;
+type Choice = fn(ConstraintId) -> ConstraintMethod;
 
-const TREATMENTS: [(&str, Choice); 3] =
-    [("augmented", |_| Treatment::Augment), ("embedded", |_| Treatment::Embed), ("both", both)];
+const TREATMENTS: [(&str, Choice); 3] = [
+    ("augmented", |_| ConstraintMethod::Augment),
+    ("embedded", |_| ConstraintMethod::Embed),
+    ("both", both),
+];
 
 #[test]
-fn treatments_agree() {
+fn constraint_methods_agree() {
     let mut compared = 0;
     for seed in 0..60 {
         let c = case(seed, SHAPES[seed as usize % 3], 1 + seed as usize % 3);
-        let (a, tau_a, _, report) = solve(&c, |_| Treatment::Augment);
+        let (a, tau_a, _, report) = solve(&c, |_| ConstraintMethod::Augment);
         if report.contradiction > 1e-9 {
             continue; // over-constrained: no motion satisfies it
         }
         let what = |t: &str| format!("seed {seed}: {t}");
-        let (b, tau_b, ..) = solve(&c, |_| Treatment::Embed);
+        let (b, tau_b, ..) = solve(&c, |_| ConstraintMethod::Embed);
         close(&b, &a, 1e-9, &what("embedded"));
         let (m, tau_m, ..) = solve(&c, both);
         close(&m, &a, 1e-9, &what("both"));
-        let (n, ..) = solve(&c, |_| Treatment::Auto);
+        let (n, ..) = solve(&c, |_| ConstraintMethod::Auto);
         close(&n, &a, 1e-9, &what("by rule"));
         if report.rank == report.rows {
             // Forces are unique.
@@ -133,7 +136,7 @@ fn wrench(l: &Loop, A: &Pose, B: &Pose, lambda: &[f64]) -> Force {
 fn rows_are_derivatives() {
     for seed in 0..30 {
         let c = case(seed, SHAPES[seed as usize % 2], 2);
-        let units = Units::new(&c.tree, |_| Treatment::Augment);
+        let units = Units::new(&c.tree, |_| ConstraintMethod::Augment);
         let mut uw = UnitsWork::new(&c.tree, &units);
         let (mut tau, mut vdot) = (c.tau.clone(), vec![0.0; c.mbs.nv()]);
         let mut ws = c.ws.clone();
@@ -181,7 +184,7 @@ fn motion_stays_on_the_constraints() {
     let mut seen = 0;
     for seed in 0..20 {
         let c = case(seed, SHAPES[seed as usize % 2], 2);
-        let (vdot, _, _, report) = solve(&c, |_| Treatment::Embed);
+        let (vdot, _, _, report) = solve(&c, |_| ConstraintMethod::Embed);
         if report.contradiction > 1e-9 {
             continue;
         }
@@ -190,7 +193,7 @@ fn motion_stays_on_the_constraints() {
                 c.v.iter().zip(&vdot).map(|(v, a)| h * v + 0.5 * h * h * a).collect();
             let mut q = c.q.clone();
             c.mbs.integrate(&c.q, &dv, &mut q);
-            let mut solver = ConstrainedSolver::new(&c.tree, |_| Treatment::Augment);
+            let mut solver = ConstrainedSolver::new(&c.tree, |_| ConstraintMethod::Augment);
             let mut p = Projector::new(&c.tree);
             p.tolerance = f64::MAX;
             let mut ws = Workspace::new(&c.tree);
@@ -204,12 +207,12 @@ fn motion_stays_on_the_constraints() {
     assert!(seen > 10);
 }
 
-/// Rates come onto the constraints under each treatment, rows on members of embedded loops included.
+/// Rates come onto the constraints under each constraint method, rows on members of embedded loops included.
 #[test]
 fn rates_are_closed() {
     for seed in 0..40 {
         let mut c = case(seed, SHAPES[seed as usize % 2], 3);
-        let (.., report) = solve(&c, |_| Treatment::Augment);
+        let (.., report) = solve(&c, |_| ConstraintMethod::Augment);
         if report.contradiction > 1e-9 {
             continue;
         }
@@ -223,7 +226,7 @@ fn rates_are_closed() {
             let left = Projector::new(tree).rates(
                 tree,
                 &mut c.ws,
-                &mut ConstrainedSolver::new(tree, |_| Treatment::Augment),
+                &mut ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment),
                 &[],
                 q,
                 &mut v,
@@ -234,7 +237,7 @@ fn rates_are_closed() {
     }
 }
 
-/// From a start that is off, every treatment finds a closed configuration, at second order.
+/// From a start that is off, every constraint method finds a closed configuration, at second order.
 #[test]
 fn open_loops_are_closed() {
     let mut closed = 0;
@@ -242,7 +245,7 @@ fn open_loops_are_closed() {
         let (mbs, q0) = looped(seed, SHAPES[seed as usize % 2], 2);
         let tree = Tree::new(&mbs);
         let dv: Vec<f64> = Rng(seed ^ 99).vec(mbs.nv()).iter().map(|x| 0.02 * x).collect();
-        for t in [Treatment::Augment, Treatment::Embed, Treatment::Auto] {
+        for t in [ConstraintMethod::Augment, ConstraintMethod::Embed, ConstraintMethod::Auto] {
             let mut q = q0.clone();
             mbs.integrate(&q0, &dv, &mut q);
             let mut ws = Workspace::new(&tree);
@@ -296,11 +299,11 @@ fn prescribed_loop_hinges_drive() {
     let mut ws = Workspace::new(&tree);
     let drive = LoopMotion { position: 1.05, rate: 0.3, acceleration: -0.7 };
     let mut answers = Vec::new();
-    for t in [Treatment::Augment, Treatment::Embed] {
+    for t in [ConstraintMethod::Augment, ConstraintMethod::Embed] {
         let mut solver = ConstrainedSolver::new(&tree, |_| t);
         let mut p = Projector::new(&tree);
         let (mut q, mut v) = (vec![0.6, 0.5, 0.4], vec![0.2, 0.1, -0.3]);
-        let mut closer = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+        let mut closer = ConstrainedSolver::new(&tree, |_| ConstraintMethod::Augment);
         p.positions(&tree, &mut ws, &mut closer, &[drive], &mut q).unwrap();
         p.rates(&tree, &mut ws, &mut closer, &[drive], &q, &mut v).unwrap();
         let (mut tau, mut vdot) = (vec![0.1, 0.2, -0.1], vec![0.0; 3]);
@@ -315,7 +318,7 @@ fn prescribed_loop_hinges_drive() {
         assert!((a.x + 0.7).abs() < 1e-11, "{t:?} {a}");
         answers.push(vdot);
     }
-    close(&answers[0], &answers[1], 1e-10, "both treatments");
+    close(&answers[0], &answers[1], 1e-10, "both constraint_methods");
 }
 
 /// A loop that closes by an inelastic impact: rates jump onto the constraints, and what is lost is the
@@ -333,7 +336,7 @@ fn loops_close_by_inelastic_impacts() {
             linkwork_dynamics::kinetic_energy(&tree, ws, v)
         };
         let mut after = before.clone();
-        let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+        let mut solver = ConstrainedSolver::new(&tree, |_| ConstraintMethod::Augment);
         let mut projector = Projector::new(&tree);
         let speed = projector.rates(&tree, &mut ws, &mut solver, &[], &q, &mut after).unwrap();
         let again = projector.rates(&tree, &mut ws, &mut solver, &[], &q, &mut after).unwrap();
@@ -373,8 +376,8 @@ fn mobility_may_change_from_state_to_state() {
     let mbs = b.build().unwrap();
     let tree = Tree::new(&mbs);
     let choice = |c: ConstraintId| match c {
-        ConstraintId::Loop(_) => Treatment::Embed,
-        ConstraintId::Coupling(_) => Treatment::Augment,
+        ConstraintId::Loop(_) => ConstraintMethod::Embed,
+        ConstraintId::Coupling(_) => ConstraintMethod::Augment,
     };
     let q = |angle: f64| {
         let angles = [("crank", angle), ("coupler", -angle), ("rocker", angle)];

@@ -8,8 +8,8 @@ use linkwork_dynamics::multibody::{
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{DynamicsError, Tree, Workspace, kinematics};
 use linkwork_solvers::{
-    ConstrainedSolver, FullyAugmentedError, FullyAugmentedSolver, ProjectionError, Projector,
-    Redundant, Report, SolverError, Treatment,
+    ConstrainedSolver, ConstraintMethod, FullyAugmentedError, FullyAugmentedSolver,
+    ProjectionError, Projector, Redundant, Report, SolverError,
 };
 
 struct Input {
@@ -56,7 +56,7 @@ fn solve(mbs: &Multibody, input: &Input) -> Vec<(&'static str, Outcome)> {
     let mut out = Vec::new();
     let state = (&input.q[..], &input.v[..]);
     let g = Vec3::new(0.3, -9.8, 0.1);
-    for (name, t) in [("rows", Treatment::Augment), ("embedded", Treatment::Embed)] {
+    for (name, t) in [("rows", ConstraintMethod::Augment), ("embedded", ConstraintMethod::Embed)] {
         let mut ws = Workspace::new(&tree);
         let mut s = ConstrainedSolver::new(&tree, |_| t);
         s.contradiction_max = input.contradiction_max;
@@ -242,7 +242,7 @@ fn loops_that_hold_nothing() {
     b.loops_mut()[1].frame_b = unit * unit;
     let mbs = b.build().unwrap();
     let tree = Tree::new(&mbs);
-    for t in [Treatment::Augment, Treatment::Embed] {
+    for t in [ConstraintMethod::Augment, ConstraintMethod::Embed] {
         let mut solver = ConstrainedSolver::new(&tree, |_| t);
         let (mut ws, mut q) = (Workspace::new(&tree), vec![0.4]);
         let closed =
@@ -327,7 +327,7 @@ fn auto_embeds_a_massless_strut_in_a_large_loop() {
     };
     let none = chain(MassProperties::massless());
     let q: Vec<f64> = (0..8).map(|i| 0.3 + 0.17 * f64::from(i)).collect();
-    let answer = |mbs: &Multibody, t: Treatment| {
+    let answer = |mbs: &Multibody, t: ConstraintMethod| {
         let tree = Tree::new(mbs);
         let mut solver = ConstrainedSolver::new(&tree, |_| t);
         let mut ws = Workspace::new(&tree);
@@ -339,13 +339,13 @@ fn auto_embeds_a_massless_strut_in_a_large_loop() {
             solver.forward_given_kinematics(&tree, &mut ws, state, &[], &mut [0.2; 8], &mut vdot);
         told.map(|_| vdot)
     };
-    assert!(answer(&none, Treatment::Augment).is_err());
-    let auto = answer(&none, Treatment::Auto).unwrap();
-    assert_eq!(auto, answer(&none, Treatment::Embed).unwrap());
+    assert!(answer(&none, ConstraintMethod::Augment).is_err());
+    let auto = answer(&none, ConstraintMethod::Auto).unwrap();
+    assert_eq!(auto, answer(&none, ConstraintMethod::Embed).unwrap());
     // A strut of next to no mass, as rows: the same within what its mass does.
     let light = MassProperties::new(1e-7, Vec3::new(0.2, 0.0, 0.0), Mat3::identity() * 1e-8);
-    let rows = answer(&chain(light), Treatment::Augment).unwrap();
-    let by_rule = answer(&chain(light), Treatment::Auto).unwrap();
+    let rows = answer(&chain(light), ConstraintMethod::Augment).unwrap();
+    let by_rule = answer(&chain(light), ConstraintMethod::Auto).unwrap();
     assert_eq!(rows, by_rule, "eight dofs with mass are rows by rule");
     for (a, b) in auto.iter().zip(&rows) {
         assert!((a - b).abs() < 1e-4 * (1.0 + a.abs()), "{auto:?} {rows:?}");
@@ -358,7 +358,7 @@ fn a_loop_that_cannot_close() {
     let mut b = four_bar(in_plane(), [solid(); 3]);
     b.loops_mut()[0].frame_a = Pose::translation(9.0, 0.0, 0.0);
     let tree = Tree::new(&b.build().unwrap());
-    for t in [Treatment::Augment, Treatment::Embed] {
+    for t in [ConstraintMethod::Augment, ConstraintMethod::Embed] {
         let mut ws = Workspace::new(&tree);
         let mut solver = ConstrainedSolver::new(&tree, |_| t);
         let mut q = OPEN.to_vec();
@@ -378,7 +378,7 @@ fn a_loop_that_cannot_close() {
 #[test]
 fn far_starts_close_by_shorter_steps() {
     let tree = Tree::new(&four_bar(in_plane(), [solid(); 3]).build().unwrap());
-    for t in [Treatment::Augment, Treatment::Embed] {
+    for t in [ConstraintMethod::Augment, ConstraintMethod::Embed] {
         let (mut closed, mut ws) = (0, Workspace::new(&tree));
         let mut solver = ConstrainedSolver::new(&tree, |_| t);
         for seed in 0..100 {
@@ -432,7 +432,7 @@ fn numbers_that_are_none() {
         }
     }
     let tree = Tree::new(&mbs);
-    for t in [Treatment::Augment, Treatment::Embed] {
+    for t in [ConstraintMethod::Augment, ConstraintMethod::Embed] {
         let (mut ws, mut solver) = (Workspace::new(&tree), ConstrainedSolver::new(&tree, |_| t));
         let mut q = sound().q;
         q[1] = f64::NAN;

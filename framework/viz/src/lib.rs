@@ -1,6 +1,6 @@
 //! The Rerun scene, stream and blueprint. Entity paths are the assembly paths.
 //!
-//! The viewer reads rows of a tap; it never changes the run. Without the feature `viewer` only the
+//! The viewer reads rows of a recorder; it never changes the run. Without the feature `viewer` only the
 //! description of the scene is left, and Rerun is not built.
 #[cfg(feature = "viewer")]
 mod batch;

@@ -1,4 +1,4 @@
-//! A tap's consumer that draws rows: into a file, or in a viewer that listens.
+//! A recorder's consumer that draws rows: into a file, or in a viewer that listens.
 use crate::batch::{Arrows, Curve, Frames, INSTANTS, TIMELINE};
 use crate::eye::{Base, EYE};
 use crate::ground::{self, Ground};
@@ -12,7 +12,7 @@ use crate::trail::{Trail, color};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
 use linkwork_multibody::{BodyId, NodeId};
 use linkwork_runtime::{
-    Consumer, Group, OVERLAY_PERIOD, Program, Seconds, ServiceObject, Surface, TapRow,
+    Consumer, Group, OVERLAY_PERIOD, Program, Sample, Seconds, ServiceObject, Surface,
 };
 use linkwork_spatial::{Pose, Quat, Vec3};
 use re_sdk::{AsComponents, EntityPath, RecordingStream, TimeCell};
@@ -82,7 +82,7 @@ pub(crate) struct Phase {
 }
 
 impl View {
-    /// Looks up what a scene shows. The group is for [`Tap::start`](linkwork_runtime::Tap::start).
+    /// Looks up what a scene shows. The group is for [`Recorder::start`](linkwork_runtime::Recorder::start).
     ///
     /// # Errors
     /// A variable is unknown.
@@ -235,14 +235,14 @@ impl View {
     }
 }
 
-/// A viewer that is opened in the thread of its tap.
+/// A viewer that is opened in the thread of its recorder.
 struct Live<F> {
     open: Option<F>,
     viewer: Option<Viewer>,
 }
 
 impl<F: FnOnce() -> Result<Viewer, Wrap> + Send> Consumer for Live<F> {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         if let Some(open) = self.open.take() {
             self.viewer = Some(open().map_err(|e| format!("rerun: {}", e.0))?);
         }
@@ -381,7 +381,7 @@ impl Viewer {
         })
     }
 
-    fn gather(&mut self, row: &TapRow) -> Result<(), Wrap> {
+    fn gather(&mut self, row: &Sample) -> Result<(), Wrap> {
         let t = row.ns.cast_signed();
         if row.group == OVERLAYS {
             self.ground.show(&row.overlays);
@@ -573,7 +573,7 @@ fn now() -> Instant {
 }
 
 impl Consumer for Viewer {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         self.gather(row).map_err(|e| format!("rerun: {}", e.0))
     }
     fn flush(&mut self) -> Result<(), String> {

@@ -127,13 +127,14 @@ fn recorded(plan: &Arc<Plan>, path: &Path) -> u64 {
 fn recorded_scene(plan: &Arc<Plan>, scene: &Scene, path: &Path) -> u64 {
     let mut sim = Simulation::new(plan.clone());
     let (view, groups) = View::new(&program(plan), scene, PERIOD).unwrap();
-    let mut tap = Tap::start(&sim, groups, 16, Box::new(view.file(path).unwrap())).unwrap();
-    tap.sample(&sim).unwrap();
+    let mut recorder =
+        Recorder::start(&sim, groups, 16, Box::new(view.file(path).unwrap())).unwrap();
+    recorder.sample(&sim).unwrap();
     while sim.before(END) {
         sim.step().unwrap();
-        tap.sample(&sim).unwrap();
+        recorder.sample(&sim).unwrap();
     }
-    tap.finish().unwrap();
+    recorder.finish().unwrap();
     sim.hash()
 }
 
@@ -339,13 +340,13 @@ fn a_silent_viewer_holds_nobody_up() {
     let mut sim = Simulation::new(plan.clone());
     let (view, groups) = View::new(&program(&plan), &scene(&plan), PERIOD).unwrap();
     let live = view.live(Some(&url)).unwrap();
-    let mut tap = Tap::with(&sim, groups, 4, Overflow::Drop, Box::new(live)).unwrap();
+    let mut recorder = Recorder::with(&sim, groups, 4, Overflow::Drop, Box::new(live)).unwrap();
     while sim.before(END) {
         sim.step().unwrap();
-        tap.sample(&sim).unwrap();
+        recorder.sample(&sim).unwrap();
     }
     // The rows wait in the stream, or were dropped; the end does not wait for them.
-    let ended = tap.finish_within(Duration::from_millis(300));
+    let ended = recorder.finish_within(Duration::from_millis(300));
     assert!(ended.is_err(), "the silent viewer is said to have taken everything");
 }
 

@@ -225,7 +225,7 @@ fn patterns_and_bindings_that_match_nothing() {
     one(
         &[("\"bob.rate\"", "\"bob.rat\"")],
         &[
-            "figure `largest speed`: there is no variable `bob.rat`",
+            "metric `largest speed`: there is no variable `bob.rat`",
             "--> bad.ron:18:38",
             "did you mean `bob.rate`?",
         ],
@@ -260,7 +260,7 @@ fn patterns_and_bindings_that_match_nothing() {
     );
     one(
         &[("unit: \"rad/s\"", "unit: \"kg\"")],
-        &["figure `largest speed`: `bob.rate` is in rad/s, which is no kg", "--> bad.ron:18:"],
+        &["metric `largest speed`: `bob.rate` is in rad/s, which is no kg", "--> bad.ron:18:"],
     );
     one(
         &[("unit: \"deg\"", "unit: \"kg\"")],

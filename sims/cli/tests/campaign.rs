@@ -483,7 +483,7 @@ fn bad_files_are_refused_with_place_fact_and_remedy() {
     refused(&[("\"until\": \"0.2 s\"", "\"seed\": 3")], &["noise: Own"]);
     refused(
         &[("(\"bob.mass\", \"largest speed\")", "(\"largest speed\", \"smallest\")")],
-        &["`smallest` is neither a figure nor a drawn number"],
+        &["`smallest` is neither a metric nor a drawn number"],
     );
     refused(&[("    correlate", "    limits: (wall: \"-1 s\"),\n    correlate")], &["`wall`"]);
     let kept = "of: [\"bob.*\"], every: \"0.02 s\"";
@@ -539,7 +539,7 @@ fn what_runs_keep_is_what_their_logs_say() {
     assert_eq!((cells[5], cells[8]), ((ends[29] + ends[30]) / 2.0, ends[59]));
     let page = std::fs::read_to_string(lab.path("out/report.html")).unwrap();
     assert!(page.contains("Over time") && page.contains("bob.angle [rad]"));
-    // Drawn numbers stand against figures and against each other, in their units.
+    // Drawn numbers stand against metrics and against each other, in their units.
     assert!(page.contains("largest speed against bob.mass") && page.contains("bob.mass [kg]"));
     assert!(page.contains("Gain.k against bob.com[2]") && !page.contains("class=\"ring\""));
 }
@@ -622,9 +622,9 @@ fn a_folder_in_place_of_a_campaign_is_told_which_it_has() {
     assert!(!said.err.contains("here `"), "{}", said.err);
 }
 
-/// When each phase began is a column, exact for each run, and a variable for figures: a weight that falls 1 m reaches it after √(2 m/g).
+/// When each phase began is a column, exact for each run, and a variable for metrics: a weight that falls 1 m reaches it after √(2 m/g).
 #[test]
-fn times_of_phases_are_columns_and_figures() {
+fn times_of_phases_are_columns_and_metrics() {
     let lab = Lab::new();
     lab.write(
         "drop.ron",
@@ -634,7 +634,7 @@ fn times_of_phases_are_columns_and_figures() {
     step: "1 ms", integrator: "dormand_prince_54", until: "0.6 s",
     start: "high",
     phases: { "high": (to: { "low": "weight.displacement < -1 m" }), "low": () },
-    figures: { "low from": (of: "Phases.low", take: "last", unit: "s") },
+    metrics: { "low from": (of: "Phases.low", take: "last", unit: "s") },
 )"#,
     );
     lab.write(
@@ -643,9 +643,9 @@ fn times_of_phases_are_columns_and_figures() {
     );
     lab.linkwork(&["campaign", "c.ron", "--out", "out"]).code(0);
     let g = numbers(&lab, "out", "draw:Gravity.acceleration[2]");
-    let (began, figure) =
+    let (began, metric) =
         (column(&lab, "out", "phase:low [s]"), column(&lab, "out", "low from [s]"));
-    assert_eq!(began, figure);
+    assert_eq!(began, metric);
     assert_eq!(numbers(&lab, "out", "phase:high [s]"), [0.0; 8]);
     let mut late = 0;
     for (g, began) in g.iter().zip(&began) {

@@ -1,9 +1,9 @@
-//! What is there is kept, what is forged is rejected, what cannot be read is not waited for; the names in logs; figures of forks.
+//! What is there is kept, what is forged is rejected, what cannot be read is not waited for; the names in logs; metrics of forks.
 use crate::common;
 use common::{BASE, Lab, edited};
 use linkwork_live::{Ask, Client, Ticket};
 use linkwork_record::{Log, LogSpec, log_begin, read_log};
-use linkwork_runtime::{Checkpoint, Consumer, Seconds, Simulation, Tap, TapRow};
+use linkwork_runtime::{Checkpoint, Consumer, Recorder, Sample, Seconds, Simulation};
 use std::net::TcpStream;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -62,7 +62,7 @@ fn a_run_that_is_resumed_into_its_folder_leaves_its_log() {
 
 /// The speed is greatest at the first swing: a fork from after it had 0.4 of it.
 #[test]
-fn figures_of_a_fork_and_of_a_resumed_run_are_of_the_whole() {
+fn metrics_of_a_fork_and_of_a_resumed_run_are_of_the_whole() {
     let lab = Lab::new();
     let more = "unit: \"rad/s\"), \"mean\": (of: \"bob.rate\", take: \"mean\"), \"own\": (of: \"Lag.y\", take: \"max\") }";
     let text = edited(&[("unit: \"rad/s\") }", more), ("until: \"1 s\"", "until: \"3 s\"")]);
@@ -80,17 +80,17 @@ fn figures_of_a_fork_and_of_a_resumed_run_are_of_the_whole() {
         "Friction.damping=0.05",
     ];
     lab.linkwork(&args).code(0);
-    let figures = |out: &str| lab.summary(out)["figures"].clone();
-    assert_eq!(figures("rest"), figures("whole"));
-    assert_eq!(figures("fork"), figures("whole"));
-    assert!(figures("whole")["largest speed"][0].as_f64().unwrap() > 2.0);
+    let metrics = |out: &str| lab.summary(out)["metrics"].clone();
+    assert_eq!(metrics("rest"), metrics("whole"));
+    assert_eq!(metrics("fork"), metrics("whole"));
+    assert!(metrics("whole")["largest speed"][0].as_f64().unwrap() > 2.0);
 }
 
 /// Gives the last row of the log another time.
 struct Late(Log, u64);
 
 impl Consumer for Late {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         let mut row = row.clone();
         if row.tick >= self.1 {
             row.ns = 1_000_000_000_000_000_000;
@@ -118,13 +118,13 @@ fn a_row_at_the_end_of_time_does_not_make_replay_simulate_until_then() {
         let configuration = ready.loaded.resolved.to_string();
         let spec = LogSpec { groups: prepared.groups, configuration, ..LogSpec::default() };
         let (log, groups) = Log::create(&lab.path("late.mcap"), &program, &spec).unwrap();
-        let mut tap = Tap::start(&sim, groups, 8, Box::new(Late(log, 200))).unwrap();
-        tap.sample(&sim).unwrap();
+        let mut recorder = Recorder::start(&sim, groups, 8, Box::new(Late(log, 200))).unwrap();
+        recorder.sample(&sim).unwrap();
         while sim.before(Seconds::new(1, 5).unwrap()) {
             sim.step().unwrap();
-            tap.sample(&sim).unwrap();
+            recorder.sample(&sim).unwrap();
         }
-        tap.finish().unwrap();
+        recorder.finish().unwrap();
         let begin = Instant::now();
         let said = lab
             .command(&["replay", "late.mcap", "--verify"])

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// A run that is served, and its ticket.
 fn served(lab: &Lab, out: &str, more: &[&str]) -> (Child, Ticket) {
-    // A row at every step, and a figure that counts them.
+    // A row at every step, and a metric that counts them.
     let mean = "unit: \"rad/s\"), \"mean speed\": (of: \"bob.rate\", take: \"mean\") }";
     let edits = [("rate: \"100 Hz\"", "rate: \"1 kHz\""), ("unit: \"rad/s\") }", mean)];
     lab.write("sim.ron", &edited(&edits));
@@ -137,7 +137,7 @@ fn what_is_set_is_in_the_log_and_is_simulated_again() {
 
 /// A client asks for a checkpoint before the watcher has seen the tick: who goes on from it takes the tick once.
 #[test]
-fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_figures_away() {
+fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_metrics_away() {
     let lab = Lab::new();
     let (child, ticket) = served(&lab, "out", &["--realtime", "--until", "1000s"]);
     let mut client = Client::connect(&ticket).unwrap();
@@ -160,8 +160,8 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_figures_away() {
     assert!((first.t[0] - paused).abs() < 1e-9 && first.y[0] == 50.0, "its row is not in the log");
     assert!(first.y[1..].iter().all(|y| *y < 50.0), "{:?}", &first.y[..3]);
     for out in ["out", "rest", "later"] {
-        let figures = &lab.summary(out)["figures"];
-        assert_eq!(figures["largest speed"][0].as_f64(), Some(50.0), "{out}: {figures}");
+        let metrics = &lab.summary(out)["metrics"];
+        assert_eq!(metrics["largest speed"][0].as_f64(), Some(50.0), "{out}: {metrics}");
     }
     // Each instant once: the means of the run and of what goes on from its end are those of the rows, which are 1 ms apart. Up to the
     // instant at which it was set, the variable is as before.
@@ -173,7 +173,7 @@ fn a_checkpoint_that_is_asked_for_takes_no_tick_of_the_figures_away() {
         let set = until(paused);
         let all = ramps(&rows[..set]) + 1e-3 * rows[set - 1] + ramps(&rows[set..]);
         let wanted = all / (1e-3 * (rows.len() - 1) as f64);
-        let told = lab.summary(out)["figures"]["mean speed"][0].as_f64().unwrap();
+        let told = lab.summary(out)["metrics"]["mean speed"][0].as_f64().unwrap();
         // The rate changes by some thousandths in the step before it was set, and the ramps are chords.
         assert!((told - wanted).abs() < 1e-4 * wanted.abs(), "{out}: {told} against {wanted}");
     }

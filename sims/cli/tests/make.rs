@@ -141,7 +141,7 @@ fn made_rover(lab: &Lab, name: &str, file: &Path) -> (String, String, String) {
 }
 
 /// The number behind a name in what a run says.
-fn figure(said: &str, name: &str) -> f64 {
+fn metric(said: &str, name: &str) -> f64 {
     let line = said.lines().find(|l| l.contains(name)).unwrap_or_else(|| panic!("{name}: {said}"));
     line.split(name).nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap()
 }
@@ -164,8 +164,8 @@ fn a_urdf_becomes_a_rover_that_drives() {
         // What was chosen here needs no remark; what the file says in vain is one.
         assert_eq!(checked.matches("warning: ").count(), 1, "{checked}");
         assert!(checked.contains("is not used:"), "{checked}");
-        let driven = figure(&said, "distance by odometry");
-        assert!(driven > ahead && figure(&said, "greatest tilt") < 15.0, "{said}");
+        let driven = metric(&said, "distance by odometry");
+        assert!(driven > ahead && metric(&said, "greatest tilt") < 15.0, "{said}");
     }
 }
 
@@ -209,7 +209,7 @@ fn the_motors_of_a_made_rover_keep_their_energy() {
     }
     lab.write("six.urdf", &(text + "</robot>"));
     let (_, checked, said) = made_rover(&lab, "six", &lab.path("six.urdf"));
-    assert!(figure(&said, "distance by odometry") > 2.0, "{checked}{said}");
+    assert!(metric(&said, "distance by odometry") > 2.0, "{checked}{said}");
     assert!(!said.contains("is not closed"), "{said}");
 }
 
@@ -260,7 +260,7 @@ fn wheels_steering_and_suspension_are_found() {
     ] {
         assert!(readme.contains(part), "{part}: {readme}");
     }
-    assert!(figure(&said, "distance by odometry") > 1.0, "{said}");
+    assert!(metric(&said, "distance by odometry") > 1.0, "{said}");
     // A side-car names them instead, one of them idle.
     let wheel = |name: &str, more: &str| format!("\"{name}\": (radius: 0.1, width: 0.06{more}), ");
     let side = ["fl", "rl", "fr"].map(|w| wheel(w, "")).concat() + &wheel("rr", ", role: Idle");

@@ -3,7 +3,7 @@
 use crate::common;
 use common::Lab;
 use linkwork_record::{Log, LogSpec, read_log_contents};
-use linkwork_runtime::{Consumer, Seconds, Simulation, Tap, TapRow};
+use linkwork_runtime::{Consumer, Recorder, Sample, Seconds, Simulation};
 use std::sync::Arc;
 
 #[test]
@@ -34,7 +34,7 @@ fn saved(lab: &Lab, folder: &str) -> String {
 struct Changing(Log, usize);
 
 impl Consumer for Changing {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         let mut row = row.clone();
         if self.1 == 0 {
             row.values[2] += 1e-9;
@@ -65,13 +65,13 @@ fn one_number_that_was_changed_is_named_with_its_tick() {
     let file = lab.path("changed.mcap");
     let (log, groups) = Log::create(&file, &program, &spec).unwrap();
     let place = groups[0].places[2];
-    let mut tap = Tap::start(&sim, groups, 8, Box::new(Changing(log, 70))).unwrap();
-    tap.sample(&sim).unwrap();
+    let mut recorder = Recorder::start(&sim, groups, 8, Box::new(Changing(log, 70))).unwrap();
+    recorder.sample(&sim).unwrap();
     while sim.before(Seconds::new(1, 1).unwrap()) {
         sim.step().unwrap();
-        tap.sample(&sim).unwrap();
+        recorder.sample(&sim).unwrap();
     }
-    tap.finish().unwrap();
+    recorder.finish().unwrap();
     let variables = &sim.plan().variables;
     let path = variables.iter().find(|(_, v)| v.place == place).unwrap().0.clone();
     assert!(!read_log_contents(&file).unwrap().configuration.is_empty());

@@ -2,13 +2,13 @@
 use crate::campaign::{FILE, column, first_runs, lab, numbers};
 use crate::common::{Lab, edited};
 
-/// What is required of figures is judged of what has ended: which runs missed, by which cause, alone or not; it changes no run.
+/// What is required of metrics is judged of what has ended: which runs missed, by which cause, alone or not; it changes no run.
 #[test]
 fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let lab = lab();
     let sim = edited(&[(
-        "figures: {",
-        "figures: { \"late\": (of: \"bob.angle\", at: \"time > 0.5 s\"), \"early\": (of: \"bob.angle\", at: \"time > 0.1 s\"),",
+        "metrics: {",
+        "metrics: { \"late\": (of: \"bob.angle\", at: \"time > 0.5 s\"), \"early\": (of: \"bob.angle\", at: \"time > 0.1 s\"),",
     )]);
     lab.write("sim.ron", &sim);
     let plain = FILE.replace("runs: 60", "runs: 30");
@@ -21,9 +21,9 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let (least, most) = (0.5 * (sorted[4] + sorted[5]), 0.5 * (sorted[22] + sorted[23]));
     let require = format!(
         r#"require: {{
-        "it swings too far": (figure: "early", most: "{:?} deg"),
-        "it hardly swings": (figure: "early", least: {least:?}),
-        "it is never seen": (figure: "late", least: -1e9),
+        "it swings too far": (metric: "early", most: "{:?} deg"),
+        "it hardly swings": (metric: "early", least: {least:?}),
+        "it is never seen": (metric: "late", least: -1e9),
     }},
     scatter: ["#,
         most.to_degrees()
@@ -33,7 +33,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let far: Vec<usize> = (0..30).filter(|k| angles[*k] > most).collect();
     let slow: Vec<usize> = (0..30).filter(|k| angles[*k] < least).collect();
     assert_eq!((far.len(), slow.len()), (7, 5), "{angles:?}");
-    // A figure of what never came has no value.
+    // A metric of what never came has no value.
     assert!(numbers(&lab, "out", "late [rad]").iter().all(|y| y.is_nan()));
     assert!(numbers(&lab, "out", "early [rad]").iter().all(|y| y.is_finite()));
     let table = std::fs::read_to_string(lab.path("out/requirements.csv")).unwrap();
@@ -55,7 +55,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
         assert_eq!((row[5], row[6], row[7]), (&*n.to_string(), &*share(n), "0"));
     }
     // What never came is a cause of its own, for 18 the only one.
-    let never = "a figure that is required has no value: what it is of never came";
+    let never = "a metric that is required has no value: what it is of never came";
     assert_eq!(rows[3], [never, "", "", "NaN", "NaN", "30", "1.0", "18"], "{table}");
     for (k, missed) in column(&lab, "out", "missed").iter().enumerate() {
         let first = if far.contains(&k) { "it swings too far; " } else { "" };
@@ -78,7 +78,7 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     let half = FILE.replace("runs: 60", "runs: 30").replace(
         "scatter: [",
         &format!(
-            "require: {{ \"it hardly swings\": (figure: \"early\", least: {least:?}) }}, scatter: ["
+            "require: {{ \"it hardly swings\": (metric: \"early\", least: {least:?}) }}, scatter: ["
         ),
     );
     lab.write("c.ron", &half);
@@ -91,18 +91,18 @@ fn runs_that_miss_what_is_required_are_counted_by_their_causes() {
     );
     for (bad, words) in [
         (
-            "\"a\": (figure: \"largest sped\", most: 1)",
-            vec!["there is no figure `largest sped`", "did you mean `largest speed`", "bad.ron:"],
+            "\"a\": (metric: \"largest sped\", most: 1)",
+            vec!["there is no metric `largest sped`", "did you mean `largest speed`", "bad.ron:"],
         ),
         (
-            "\"a\": (figure: \"largest speed\", most: \"1 kg\")",
-            vec!["the figure has rad/s, the bound kg"],
+            "\"a\": (metric: \"largest speed\", most: \"1 kg\")",
+            vec!["the metric has rad/s, the bound kg"],
         ),
-        ("\"a\": (figure: \"largest speed\")", vec!["`a` has no bound", "least, most or both"]),
-        ("\"a\": (most: 1)", vec!["`a` has no `figure`"]),
-        ("\"a\": (figure: \"largest speed\", least: 2, most: 1)", vec!["nothing is from 2 to 1"]),
+        ("\"a\": (metric: \"largest speed\")", vec!["`a` has no bound", "least, most or both"]),
+        ("\"a\": (most: 1)", vec!["`a` has no `metric`"]),
+        ("\"a\": (metric: \"largest speed\", least: 2, most: 1)", vec!["nothing is from 2 to 1"]),
         (
-            "\"a\": (figure: \"largest speed\", mots: 1)",
+            "\"a\": (metric: \"largest speed\", mots: 1)",
             vec!["no field `mots`", "did you mean `most`"],
         ),
     ] {

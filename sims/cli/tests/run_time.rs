@@ -41,9 +41,9 @@ fn a_runaway_stops_with_its_name_and_time() {
         "{:?}",
         blow.t.last()
     );
-    // The checkpoint is from before, and so are its figures.
+    // The checkpoint is from before, and so are its metrics.
     lab.resume("out/before_failure.lwck", "before", &["--until", "1.5s"]).code(0);
-    let largest = lab.summary("before")["figures"]["largest speed"][0].as_f64().unwrap();
+    let largest = lab.summary("before")["metrics"]["largest speed"][0].as_f64().unwrap();
     assert!((largest - 30f64.exp()).abs() < 1e-2 * largest, "exp(30) against {largest}");
     lab.resume("out/before_failure.lwck", "again", &[]).code(1).tells(&["`Blow.state.x` became"]);
     assert_eq!(lab.hash("again"), lab.hash("out"), "the failure is not repeated bit by bit");

@@ -25,10 +25,10 @@ fn a_resumed_rover_is_the_same_rover() {
     // A resumed run of a resumed run.
     far.resume("rest/checkpoint_15.lwck", "again", &["--until", "20s"]).code(0);
     assert_eq!(far.hash("again"), whole);
-    // The figures go on where they stood: every sample counts once.
-    let figures = |l: &Lab, out: &str| l.summary(out)["figures"].clone();
-    assert_eq!(figures(&lab, "whole"), figures(&far, "rest"));
-    assert_eq!(figures(&lab, "whole"), figures(&far, "again"));
+    // The metrics go on where they stood: every sample counts once.
+    let metrics = |l: &Lab, out: &str| l.summary(out)["metrics"].clone();
+    assert_eq!(metrics(&lab, "whole"), metrics(&far, "rest"));
+    assert_eq!(metrics(&lab, "whole"), metrics(&far, "again"));
     // So does the log.
     let (a, b) = (
         read_log(&lab.path("whole/run.mcap")).unwrap(),

@@ -52,7 +52,7 @@ impl Campaign {
     }
 
     fn outcome(&self, outcome: campaign::Outcome) -> Outcome {
-        let names = self.campaign.figures().iter().map(|(name, _)| name.clone()).collect();
+        let names = self.campaign.metrics().iter().map(|(name, _)| name.clone()).collect();
         Outcome { outcome, names }
     }
 
@@ -136,14 +136,14 @@ impl Campaign {
     fn runs(&self) -> u64 {
         self.campaign.form().runs
     }
-    /// {name: unit} of the figures of a run.
+    /// {name: unit} of the metrics of a run.
     ///
-    /// >>> campaign.figures
+    /// >>> campaign.metrics
     /// {'largest speed': 'rad/s'}
     #[getter]
-    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
-        self.campaign.figures().iter().try_for_each(|(name, unit)| all.set_item(name, unit))?;
+        self.campaign.metrics().iter().try_for_each(|(name, unit)| all.set_item(name, unit))?;
         Ok(all)
     }
     /// {path: unit} of the drawn values; "" for those without one.
@@ -229,8 +229,8 @@ impl Campaign {
             if let Some(path) = &log {
                 let (groups, text) =
                     (under.log_groups().to_vec(), under.configuration().to_string());
-                let tap = recording(under.runner().sim(), path, groups, &text)?;
-                under.runner().tap(RECORDING, Need::Must, tap);
+                let recorder = recording(under.runner().sim(), path, groups, &text)?;
+                under.runner().add_recorder(RECORDING, Need::Must, recorder);
             }
             let outcome = under.go().map_err(words)?;
             under.runner().finish_tap(RECORDING)?;
@@ -370,10 +370,10 @@ impl Gathering {
     fn add(&self, py: Python<'_>, line: &str) -> PyResult<(u64, f64)> {
         let campaign = &self.campaign.bind(py).get().campaign;
         let outcome = campaign::Outcome::from_text(line).map_err(refuse)?;
-        let (run, wall, figures) = (outcome.run, outcome.wall, outcome.figures.len());
-        if run >= campaign.form().runs || ![0, campaign.figures().len()].contains(&figures) {
+        let (run, wall, metrics) = (outcome.run, outcome.wall, outcome.metrics.len());
+        if run >= campaign.form().runs || ![0, campaign.metrics().len()].contains(&metrics) {
             return Err(refuse(format!(
-                "run {run} with {figures} figures is none of this campaign"
+                "run {run} with {metrics} metrics is none of this campaign"
             )));
         }
         self.with(|f| f.add(outcome).map_err(refuse))?;

@@ -6,7 +6,8 @@ use crate::mechanism::{Mechanism, choice};
 use linkwork_dynamics::kinematics;
 use linkwork_multibody::{ConstraintId, LoopMotion};
 use linkwork_solvers::{
-    ConstrainedSolver, FullyAugmentedSolver, Projector, Redundant, Report, SolverError, Treatment,
+    ConstrainedSolver, ConstraintMethod, FullyAugmentedSolver, Projector, Redundant, Report,
+    SolverError,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,15 +19,15 @@ pub use reports::{ConstrainedMotion, Constraint, Rank};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solver {
     /// Tree-augmented, embedded, or both.
-    Tree(Treatment),
+    Tree(ConstraintMethod),
     /// Every hinge and every constraint is rows.
     Full,
 }
 
 const SOLVERS: [(&str, Solver); 4] = [
-    ("auto", Solver::Tree(Treatment::Auto)),
-    ("embed", Solver::Tree(Treatment::Embed)),
-    ("augment", Solver::Tree(Treatment::Augment)),
+    ("auto", Solver::Tree(ConstraintMethod::Auto)),
+    ("embed", Solver::Tree(ConstraintMethod::Embed)),
+    ("augment", Solver::Tree(ConstraintMethod::Augment)),
     ("full", Solver::Full),
 ];
 
@@ -36,7 +37,7 @@ pub const CLOSED: f64 = 1e-6;
 /// Memory of the solvers of constraints.
 pub struct Constrained {
     /// Which constraints are embedded and which are rows.
-    treatment: Treatment,
+    constraint_method: ConstraintMethod,
     solver: ConstrainedSolver,
     projector: Projector,
 }
@@ -45,17 +46,17 @@ impl Core {
     /// Runs `f` on memory for constraints.
     pub fn with_constrained<R>(
         &self,
-        treatment: Treatment,
+        constraint_method: ConstraintMethod,
         f: impl FnOnce(&mut Constrained) -> R,
     ) -> R {
         let spare = {
             let mut all = lock(&self.constrained);
-            let same = all.iter().position(|c| c.treatment == treatment);
+            let same = all.iter().position(|c| c.constraint_method == constraint_method);
             same.map(|k| all.swap_remove(k))
         };
         let mut memory = spare.unwrap_or_else(|| Constrained {
-            treatment,
-            solver: ConstrainedSolver::new(&self.tree, |_| treatment),
+            constraint_method,
+            solver: ConstrainedSolver::new(&self.tree, |_| constraint_method),
             projector: Projector::new(&self.tree),
         });
         let result = f(&mut memory);
@@ -70,7 +71,7 @@ impl Core {
 
     /// How far each loop and coupling is from closed, rad or m.
     pub fn errors(&self, q: &[f64], motions: &[LoopMotion]) -> Vec<(ConstraintId, f64)> {
-        self.with_constrained(Treatment::Augment, |c| {
+        self.with_constrained(ConstraintMethod::Augment, |c| {
             let mut ws = self.workspace();
             kinematics(&self.tree, &mut ws, q, &vec![0.0; self.nv()]);
             let error = |id| (id, c.solver.error(&self.tree, &ws, id, motions, q));
@@ -218,7 +219,7 @@ impl Mechanism {
             Some(v) => Some(vector(v, core.nv(), "v")?.slice().to_vec()),
             None => None,
         };
-        core.with_constrained(Treatment::Augment, |c| {
+        core.with_constrained(ConstraintMethod::Augment, |c| {
             c.close(core, &motions, &mut q, v.as_deref_mut())
         })
         .map_err(refuse)?;
@@ -268,7 +269,7 @@ impl Mechanism {
             let tree = &core.tree;
             let ids = core.mbs.constraints();
             let solved = match solver {
-                Solver::Tree(treatment) => core.with_constrained(treatment, |c| {
+                Solver::Tree(constraint_method) => core.with_constrained(constraint_method, |c| {
                     let s = &mut c.solver;
                     let report = s
                         .forward_given_kinematics(
@@ -317,7 +318,7 @@ impl Mechanism {
         let motions = self.motions(loop_motions)?;
         let still = vec![0.0; core.nv()];
         let (report, redundant) = core
-            .with_constrained(Treatment::Augment, |c| {
+            .with_constrained(ConstraintMethod::Augment, |c| {
                 let (mut tau, mut vdot) = (still.clone(), still.clone());
                 let (mut ws, state) = (core.workspace(), (q.slice(), &still[..]));
                 let report =
@@ -349,8 +350,10 @@ pub fn may_begin(core: &Core, q: &[f64], v: &[f64]) -> PyResult<()> {
         return Err(refuse_with(fact, help));
     }
     let (mut there, mut rates) = (q.to_vec(), v.to_vec());
-    core.with_constrained(Treatment::Augment, |c| c.close(core, &[], &mut there, Some(&mut rates)))
-        .map_err(refuse)?;
+    core.with_constrained(ConstraintMethod::Augment, |c| {
+        c.close(core, &[], &mut there, Some(&mut rates))
+    })
+    .map_err(refuse)?;
     let off = v.iter().zip(&rates).map(|(a, b)| (a - b).abs()).fold(0.0_f64, f64::max);
     if !(off <= CLOSED * v.iter().fold(1.0_f64, |most, v| most.max(v.abs()))) {
         let fact =

@@ -9,7 +9,9 @@ use crate::mechanism::{Mechanism, choice};
 use crate::simulate::{Forces, Torque};
 use linkwork_collision::{ColliderSpec, Colliders, Hiding, Neighbours, PairLaw, Rules};
 use linkwork_multibody::NodeId;
-use linkwork_solvers::{ContactSettings, ContactStepper, JointLimits, StepReport, Treatment};
+use linkwork_solvers::{
+    ConstraintMethod, ContactSettings, ContactStepper, JointLimits, StepReport,
+};
 use linkwork_spatial::{Force, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -191,7 +193,7 @@ impl Contact {
         let solver = &mut settings.solver;
         solver.tolerance = setting("tolerance", tolerance, solver.tolerance, false)?;
         let all = Colliders::new(specs, rules, core.tree.multibody()).map_err(refuse)?;
-        let auto = |_| Treatment::Auto;
+        let auto = |_| ConstraintMethod::Auto;
         let stepper = ContactStepper::new(&core.tree, Arc::new(all), settings, auto);
         let hiding = stepper.colliders().hiding();
         let memory = Mutex::new(Memory { stepper, hiding, vdot: vec![0.0; core.nv()] });
@@ -363,7 +365,7 @@ impl Memory {
         let report = step.map_err(refuse)?;
         core.mbs.normalize(q);
         if core.is_constrained() {
-            core.with_constrained(Treatment::Auto, |c| c.close(core, &[], q, Some(v)))
+            core.with_constrained(ConstraintMethod::Auto, |c| c.close(core, &[], q, Some(v)))
                 .map_err(refuse)?;
         }
         if q.iter().chain(&*v).all(|x| x.is_finite()) {

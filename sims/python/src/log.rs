@@ -2,7 +2,7 @@
 use crate::array::{Array1, out1};
 use crate::core::lock;
 use crate::error::{refuse, refuse_with};
-use linkwork_runtime::{self as runtime, Simulation, Sink, TapRow, remedy};
+use linkwork_runtime::{self as runtime, Sample, Simulation, Sink, remedy};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -27,7 +27,7 @@ pub struct Filling {
 pub struct Filler {
     pub rows: Arc<Mutex<Rows>>,
     /// The row under way.
-    row: Option<TapRow>,
+    row: Option<Sample>,
 }
 
 impl Filler {
@@ -37,10 +37,10 @@ impl Filler {
 }
 
 impl Sink for Filler {
-    fn room(&mut self) -> Result<Option<TapRow>, String> {
+    fn room(&mut self) -> Result<Option<Sample>, String> {
         Ok(Some(self.row.take().unwrap_or_default()))
     }
-    fn send(&mut self, row: TapRow) -> Result<(), String> {
+    fn send(&mut self, row: Sample) -> Result<(), String> {
         let mut rows = lock(&self.rows);
         rows.t.push(row.t);
         rows.columns.iter_mut().zip(&row.values).for_each(|(column, y)| column.push(*y));

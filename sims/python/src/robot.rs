@@ -8,8 +8,8 @@ use crate::inverse_kinematics::{Parts, place};
 use crate::mechanism::{Mechanism, choice};
 use crate::values::pairs;
 use linkwork_embedded::{
-    ClosedForm, Closures, Effort, Frame, Goal, ModelSpec, Object, Outcome, Part, PartSpec, Planner,
-    Prefer, Rows, Search, Way, formats,
+    ClosedForm, Closures, Effort, Frame, Goal, ModelSpec, Object, Outcome, Part, PartSpec,
+    PlanOutcome, Planner, Prefer, Rows, Search, formats,
 };
 use linkwork_multibody::BodyId;
 use linkwork_runtime::remedy;
@@ -441,8 +441,16 @@ impl Robot {
         let prefer = Prefer { centred, near, manipulable, length, starts, steps: improve };
         let mut q = own.q_or_own(q)?;
         let mut robot = lock(&own.robot).clone();
-        let search =
-            || robot.reach_best(part, &goal, frame(in_base), &prefer, &Effort::default(), &mut q);
+        let search = || {
+            robot.inverse_kinematics_best(
+                part,
+                &goal,
+                frame(in_base),
+                &prefer,
+                &Effort::default(),
+                &mut q,
+            )
+        };
         let best = slf.py().detach(search).map_err(refuse)?;
         let q = out1(slf.py(), q);
         if best.outcome == Outcome::Met {
@@ -486,7 +494,8 @@ impl Robot {
         let q = own.q_or_own(q)?;
         let closed = own.model.closed_form(part, held).map_err(refuse)?;
         let mut out = vec![0.0; ClosedForm::MOST * q.len()];
-        let count = own.ask(|r| r.reach_all(&closed, &goal, frame(in_base), &q, &mut out))?;
+        let count =
+            own.ask(|r| r.inverse_kinematics_all(&closed, &goal, frame(in_base), &q, &mut out))?;
         out.truncate(count * q.len());
         out2(slf.py(), out, count, q.len())
     }
@@ -538,9 +547,9 @@ impl Robot {
         let search = Search { seed, step, ..Search::default() };
         let begin = || planner.begin(&mut robot, &start, &goal, &search);
         let mut found = slf.py().detach(begin).map_err(refuse)?;
-        while found == Way::Unfinished {
+        while found == PlanOutcome::Unfinished {
             slf.py().check_signals()?;
-            let portion = || planner.go_on(&mut robot, DRAWS);
+            let portion = || planner.resume(&mut robot, DRAWS);
             found = slf.py().detach(portion).map_err(refuse)?;
         }
         let blocked = |end: &str, pair| {
@@ -548,14 +557,14 @@ impl Robot {
             refuse_with(format!("`{a}` touches `{b}` at the {end}"), "choose a free end")
         };
         match found {
-            Way::Found => {
-                let rows: Vec<f64> = planner.way().flatten().copied().collect();
+            PlanOutcome::Found => {
+                let rows: Vec<f64> = planner.path().flatten().copied().collect();
                 let n = rows.len() / nq;
                 out2(slf.py(), rows, n, nq)
             }
-            Way::BlockedStart { pair } => Err(blocked("start", pair)),
-            Way::BlockedGoal { pair } => Err(blocked("goal", pair)),
-            Way::NotFound | Way::Unfinished => Err(refuse_with(
+            PlanOutcome::BlockedStart { pair } => Err(blocked("start", pair)),
+            PlanOutcome::BlockedGoal { pair } => Err(blocked("goal", pair)),
+            PlanOutcome::NotFound | PlanOutcome::Unfinished => Err(refuse_with(
                 format!("no way of `{name}` was found with {room} configurations"),
                 "give more `room`, another `step` or `seed`; there may be no way",
             )),

@@ -4,7 +4,7 @@ use crate::values::seconds;
 use linkwork_assembly::{AroundForm, LogRule, Text};
 use linkwork_record::LogSpec;
 use linkwork_runner::log_rules;
-use linkwork_runtime::{Fault, Origin, Plan, Rule, Seconds, Simulation, Sources, Tap};
+use linkwork_runtime::{Fault, Origin, Plan, Recorder, Rule, Seconds, Simulation, Sources};
 use pyo3::prelude::*;
 use std::path::Path;
 
@@ -59,13 +59,13 @@ pub fn rule(
     found.into_iter().next().ok_or_else(|| refuse("a rule without an answer"))
 }
 
-/// A tap into an MCAP file: variables by path with the period of their rows, and the poses of all bodies.
+/// A recorder into an MCAP file: variables by path with the period of their rows, and the poses of all bodies.
 pub fn recording(
     sim: &Simulation,
     path: &Path,
     groups: Vec<Rule>,
     configuration: &str,
-) -> Result<Tap, String> {
+) -> Result<Recorder, String> {
     let spec = LogSpec {
         groups,
         transforms: Some(Seconds { num: 1, den: 20 }),
@@ -75,5 +75,5 @@ pub fn recording(
     };
     let (log, groups) =
         linkwork_record::Log::create(path, sim.program(), &spec).map_err(|e| e.to_string())?;
-    Tap::start(sim, groups, 256, Box::new(log)).map_err(|e| e.to_string())
+    Recorder::start(sim, groups, 256, Box::new(log)).map_err(|e| e.to_string())
 }

@@ -2,14 +2,14 @@
 //!
 //! The loop is `linkwork_runner`'s, as on the command line; here are only what it feeds and calls.
 use crate::log::Filling;
-use linkwork_runner::{Ended, Goal, Need, Pause, Runner, Watch, tap_entry};
-use linkwork_runtime::{Change, Checkpoint, RunError, Simulation, Tap};
+use linkwork_runner::{Ended, Goal, Need, Pause, Runner, Watch, recorder_entry};
+use linkwork_runtime::{Change, Checkpoint, Recorder, RunError, Simulation};
 use pyo3::prelude::*;
 
 /// Steps between two looks at Ctrl-C and at other threads.
 const CHUNK: u64 = 256;
 
-/// The tap of the recording.
+/// The recorder of the recording.
 pub const RECORDING: &str = "recording";
 
 /// Logs in memory, each at its own times.
@@ -63,32 +63,32 @@ impl Running {
         self.runner.sim_mut()
     }
 
-    /// The runner, for its taps and calls.
+    /// The runner, for its recorders and calls.
     pub fn runner(&mut self) -> &mut Runner<Logs> {
         &mut self.runner
     }
 
     /// Keeps what a checkpoint carries of the recording that was under way.
     pub fn remember(&mut self, checkpoint: &Checkpoint) {
-        let carried = checkpoint.extra.get(&tap_entry(RECORDING)).cloned();
+        let carried = checkpoint.extra.get(&recorder_entry(RECORDING)).cloned();
         self.remembered = carried.map(|carried| (checkpoint.tick, carried));
     }
 
     /// Feeds a recording from the present tick on, told of what is pinned; where the run was resumed it goes on with what the one of before
     /// remembered, when it has its rules.
-    pub fn record(&mut self, mut tap: Tap) {
+    pub fn record(&mut self, mut recorder: Recorder) {
         let sim = self.runner.sim();
         let pins: Vec<(String, f64)> = sim.pins().map(|(p, y)| (p.to_string(), y)).collect();
         for (path, value) in &pins {
-            tap.set(sim, path, Change::Pin, *value);
+            recorder.set(sim, path, Change::Pin, *value);
         }
         if let Some((tick, carried)) = &self.remembered
             && *tick == sim.state().tick
         {
             // Of other rules there is nothing to go on with.
-            let _ = tap.go_on(carried, sim);
+            let _ = recorder.resume(carried, sim);
         }
-        self.runner.tap(RECORDING, Need::Must, tap);
+        self.runner.add_recorder(RECORDING, Need::Must, recorder);
     }
 
     /// Fills a log from the present tick on.
@@ -103,7 +103,7 @@ impl Running {
             Pause::Chunk => Stopped::Chunk,
             Pause::Calls(due) => Stopped::Calls(due),
             Pause::Ended(Ended::Failed(e) | Ended::Bad(e)) => Stopped::Failed(e),
-            Pause::Ended(Ended::Tap(e)) => Stopped::Recording(e),
+            Pause::Ended(Ended::Recorder(e)) => Stopped::Recording(e),
             Pause::Ended(Ended::Goal | Ended::StopWhen | Ended::Stopped) => Stopped::Done,
         }
     }

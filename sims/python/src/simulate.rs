@@ -15,7 +15,7 @@ use crate::mechanism::{Mechanism, choice};
 use linkwork_dynamics::forward_dynamics_given_kinematics;
 use linkwork_integrate::{Failure, Integrator, Method, System};
 use linkwork_multibody::NodeId;
-use linkwork_solvers::Treatment;
+use linkwork_solvers::ConstraintMethod;
 use linkwork_spatial::Force;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -121,7 +121,7 @@ impl System for Motion<'_> {
         let result = match self.constrained {
             false => forward_dynamics_given_kinematics(&self.core.tree, &mut ws, &mut tau, vdot)
                 .map_err(|e| e.to_string()),
-            true => self.core.with_constrained(Treatment::Auto, |c| {
+            true => self.core.with_constrained(ConstraintMethod::Auto, |c| {
                 let solved = c.forward(self.core, &mut ws, (q, v), &mut tau, vdot);
                 solved.map(|_| ()).map_err(|e| e.to_string())
             }),
@@ -136,8 +136,9 @@ impl System for Motion<'_> {
         if !self.constrained {
             return Ok(());
         }
-        let closed =
-            self.core.with_constrained(Treatment::Auto, |c| c.close(self.core, &[], q, Some(v)));
+        let closed = self
+            .core
+            .with_constrained(ConstraintMethod::Auto, |c| c.close(self.core, &[], q, Some(v)));
         closed.map_err(|e| refuse(format!("t = {t} s: {e}")))
     }
 

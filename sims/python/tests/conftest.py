@@ -65,7 +65,7 @@ def campaign_file(folder, runs):
         "Friction.damping": Choice(of: [0.02, 0.05, 0.1, 1e4, "a lot"]),
     }},
     retain: (of: ["bob.angle"], every: "0.1 s"),
-    require: {{ "it swings fast": (figure: "largest speed", most: "3 rad/s") }},
+    require: {{ "it swings fast": (metric: "largest speed", most: "3 rad/s") }},
 )
 """)
     return file

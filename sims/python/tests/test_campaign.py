@@ -60,9 +60,9 @@ def test_tables_are_columns(tmp_path):
         assert campaign.draws(run)["bob.mass"] == row["draw:bob.mass [kg]"]
         assert outcome.orderly == (outcome.ended == "until") == (outcome.why == "")
         if outcome.orderly:
-            assert outcome.figures == {"largest speed": row["largest speed [rad/s]"]}
+            assert outcome.metrics == {"largest speed": row["largest speed [rad/s]"]}
     speed = np.array([y for y, e in zip(table["largest speed [rad/s]"], table["ended"]) if e == "until"])
-    k = results.statistics["figure"].index("largest speed")
+    k = results.statistics["metric"].index("largest speed")
     assert results.statistics["mean"][k] == pytest.approx(speed.mean(), rel=1e-14)
     assert set(results.sensitivity["value"]) == {"bob.mass [kg]", "bob.com[2]"}
     # What is required is judged of each run that ended in order.
@@ -87,7 +87,7 @@ def test_a_single_run_with_a_log_and_a_checkpoint_has_the_same_bits(tmp_path):
     sim.run()
     assert sim.state_hash == outcome.state_hash
     rate = lw.Simulation.resume(checkpoint)["bob.rate"]
-    assert abs(rate) <= outcome.figures["largest speed"]
+    assert abs(rate) <= outcome.metrics["largest speed"]
     # Another run is another one.
     other = next(k for k in range(8) if k != run and campaign.run(k).orderly)
     assert campaign.run(other).state_hash != outcome.state_hash
@@ -98,7 +98,7 @@ def test_what_a_failed_run_is(tmp_path):
     outcomes = [campaign.run(k) for k in range(12)]
     run, failed = (next(o.run for o in outcomes if o.ended == e) for e in ("refused", "failed"))
     outcome = outcomes[run]
-    assert (outcome.figures, outcome.state_hash) == ({}, "0" * 16) and "a lot" in outcome.why
+    assert (outcome.metrics, outcome.state_hash) == ({}, "0" * 16) and "a lot" in outcome.why
     assert outcomes[failed].time < 2.0 and "bob.rate" in outcomes[failed].why
     with pytest.raises(lw.LinkworkError, match="bob.rate"):
         campaign.simulation(failed).run()
@@ -170,7 +170,7 @@ def test_mistakes_are_refused_with_place_and_remedy(tmp_path):
         campaign.execute(tmp_path / "out")
     # Lines that are none of this campaign's.
     (line,) = more._make([4], tmp_path / "elsewhere")
-    for text in ["{}", line, line.replace('"figures":["', '"figures":["1.0","')]:
+    for text in ["{}", line, line.replace('"metrics":["', '"metrics":["1.0","')]:
         with pytest.raises(lw.LinkworkError):
             gathering.add(text)
     # A run that is made again has to end as it did.

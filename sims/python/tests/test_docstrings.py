@@ -42,7 +42,7 @@ RATIOS = {
     "ContactStep": {"normals", "residual"},
     "Hinge": {"gear"},
     "Identifiable": {"condition"},
-    "Outcome": {"figures"},
+    "Outcome": {"metrics"},
     "State": {"quaternion"},
     "Subhinge": {"gear"},
 }

@@ -62,8 +62,8 @@ def robots():
     def open_and_close():
         with r.grasp("arm", "tool", np.eye(4)):
             r.set_object_q("tool", [0.3])
-            r.feed_forward_with("tool", V, V, [0.1], [0.2])
-            return r.mass_matrix_with("tool")
+            r.feed_forward_with_object("tool", V, V, [0.1], [0.2])
+            return r.mass_matrix_with_object("tool")
 
     def put_q():
         r.q = Q

@@ -33,7 +33,7 @@ def test_a_timed_way_keeps_its_limits_and_uses_them(round, held):
     r, m = robot(), arm()
     if held:
         r.grasp("arm", "cup")
-    motion = r.time_way(WAY, acceleration=20.0, round=round, sections=600)
+    motion = r.time_parameterize(WAY, acceleration=20.0, round=round, sections=600)
     t = np.linspace(0, motion.duration, 3001)
     q, v, a = motion.at(t)
     assert np.array_equal(q[0], WAY[0]) and np.allclose(q[-1], WAY[-1], atol=1e-12) and not v[[0, -1]].any()
@@ -45,20 +45,20 @@ def test_a_timed_way_keeps_its_limits_and_uses_them(round, held):
     assert shares.max() <= 1 + 1e-9
     assert (shares[1:-1] < 0.99).mean() < 0.02
     one = motion.at(0.4 * motion.duration)
-    again = r.time_way(WAY, acceleration=20.0, round=round, sections=600).at(0.4 * motion.duration)
+    again = r.time_parameterize(WAY, acceleration=20.0, round=round, sections=600).at(0.4 * motion.duration)
     assert all(np.array_equal(x, y) for x, y in zip(one, again))
 
 
 def test_a_way_that_is_impossible_says_where_and_what_would_do():
     r = robot()
     with pytest.raises(lw.LinkworkError, match="keeps the limits") as told:
-        r.time_way(WAY, acceleration=20.0, effort=3.0)
+        r.time_parameterize(WAY, acceleration=20.0, effort=3.0)
     share, q = told.value.share, told.value.q
     r.q = q
     assert share > 1 and np.abs(r.gravity_forces()).max() > 3.0
-    r.time_way(WAY, acceleration=20.0 * share * 1.001, effort=3.0 * share * 1.001)
+    r.time_parameterize(WAY, acceleration=20.0 * share * 1.001, effort=3.0 * share * 1.001)
     with pytest.raises(lw.LinkworkError, match="keeps the limits"):
-        r.time_way(WAY, acceleration=20.0 * share * 0.999, effort=3.0 * share * 0.999)
+        r.time_parameterize(WAY, acceleration=20.0 * share * 0.999, effort=3.0 * share * 0.999)
 
 
 def test_rounded_corners_that_touch_are_refused():
@@ -69,10 +69,10 @@ def test_rounded_corners_that_touch_are_refused():
     r = lw.Robot(rail, chains={"cart": ("world", "y")}, colliders=[wall, ball])
     # Around a corner of which the inner side is taken.
     way = [[-1.0, 0.06], [0.06, 0.06], [0.06, -1.0]]
-    assert r.time_way(way, acceleration=1.0, rate=1.0).duration > 0
+    assert r.time_parameterize(way, acceleration=1.0, rate=1.0).duration > 0
     with pytest.raises(lw.LinkworkError, match="ball.*wall|wall.*ball"):
-        r.time_way(way, acceleration=1.0, rate=1.0, round=0.06)
-    assert r.time_way(way, acceleration=1.0, rate=1.0, round=0.01).duration > 0
+        r.time_parameterize(way, acceleration=1.0, rate=1.0, round=0.06)
+    assert r.time_parameterize(way, acceleration=1.0, rate=1.0, round=0.01).duration > 0
 
 
 def test_moves_with_limits_of_jerk():
@@ -95,23 +95,23 @@ def test_moves_with_limits_of_jerk():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda r: r.time_way(WAY, acceleration=0.0), "above zero"),
-        (lambda r: r.time_way(WAY, acceleration=[1.0, math.nan, 1.0]), "above zero"),
-        (lambda r: r.time_way(WAY, acceleration=[1.0, 1.0]), "acceleration"),
-        (lambda r: r.time_way(WAY, acceleration="fast"), "acceleration"),
-        (lambda r: r.time_way(WAY[:, :2], acceleration=1.0), "shape"),
-        (lambda r: r.time_way(np.where(WAY > 1, np.nan, WAY), acceleration=1.0), "nan|NaN"),
-        (lambda r: r.time_way(WAY, acceleration=1.0, round=-1.0), "round"),
-        (lambda r: r.time_way(WAY, acceleration=1.0, sections=3), "sections"),
-        (lambda r: r.time_way(WAY, rate=math.inf, effort=math.inf), "speed"),
-        (lambda r: r.time_way(WAY, acceleration=1.0).at(math.nan), "nan|NaN"),
-        (lambda r: r.time_way(WAY, acceleration=1.0).at(np.zeros((2, 2))), "shape"),
+        (lambda r: r.time_parameterize(WAY, acceleration=0.0), "above zero"),
+        (lambda r: r.time_parameterize(WAY, acceleration=[1.0, math.nan, 1.0]), "above zero"),
+        (lambda r: r.time_parameterize(WAY, acceleration=[1.0, 1.0]), "acceleration"),
+        (lambda r: r.time_parameterize(WAY, acceleration="fast"), "acceleration"),
+        (lambda r: r.time_parameterize(WAY[:, :2], acceleration=1.0), "shape"),
+        (lambda r: r.time_parameterize(np.where(WAY > 1, np.nan, WAY), acceleration=1.0), "nan|NaN"),
+        (lambda r: r.time_parameterize(WAY, acceleration=1.0, round=-1.0), "round"),
+        (lambda r: r.time_parameterize(WAY, acceleration=1.0, sections=3), "sections"),
+        (lambda r: r.time_parameterize(WAY, rate=math.inf, effort=math.inf), "speed"),
+        (lambda r: r.time_parameterize(WAY, acceleration=1.0).at(math.nan), "nan|NaN"),
+        (lambda r: r.time_parameterize(WAY, acceleration=1.0).at(np.zeros((2, 2))), "shape"),
         (lambda r: r.transfer([0, 0, 0.1], acceleration=1.0, jerk=-1.0), "above zero"),
         (lambda r: r.transfer([0, 0], acceleration=1.0, jerk=1.0), "2"),
-        (lambda r: r.rates_for([{"leg": [0, 0, 0]}]), "leg"),
-        (lambda r: r.rates_for([{"arm": [0, 0]}]), "shape"),
-        (lambda r: r.rates_for([[0, 0, math.nan]]), "nan|NaN"),
-        (lambda r: r.rates_for([], horizon=0.0), "horizon"),
+        (lambda r: r.prioritized_joint_rates([{"leg": [0, 0, 0]}]), "leg"),
+        (lambda r: r.prioritized_joint_rates([{"arm": [0, 0]}]), "shape"),
+        (lambda r: r.prioritized_joint_rates([[0, 0, math.nan]]), "nan|NaN"),
+        (lambda r: r.prioritized_joint_rates([], horizon=0.0), "horizon"),
         (lambda r: r.whole_body([0, 0, 0], [], touches=[("arm", [0, 0, 0], [0, 0, 2], 0.5)]), "unit vector"),
         (lambda r: r.whole_body([0, 0, 0], [], touches=["arm"]), "touch"),
         (lambda r: r.whole_body([0, 0, 0], [], effort=[1, 2]), "effort"),
@@ -140,7 +140,7 @@ def test_rates_in_order_within_guards():
     r.q = q
     twist = np.array([0.1, -0.2, 0.15, 0.05, 0.1, -0.08])
     posture = np.linspace(-0.5, 0.5, 7)
-    v, residuals = r.rates_for([{"arm": twist}, posture])
+    v, residuals = r.prioritized_joint_rates([{"arm": twist}, posture])
     J = r.jacobian("arm")
     assert np.allclose(J @ v, twist, atol=1e-8) and residuals[0] < 1e-8
     # Of all rates that do it, the ones nearest to the posture.
@@ -148,7 +148,7 @@ def test_rates_in_order_within_guards():
     assert np.allclose(v, want, atol=1e-6)
     w, _ = r.manipulability("arm")
     _, gradient = r.manipulability("arm")
-    down, _ = r.rates_for([-gradient * 100], manipulable={"arm": 0.9 * w}, horizon=0.5)
+    down, _ = r.prioritized_joint_rates([-gradient * 100], manipulable={"arm": 0.9 * w}, horizon=0.5)
     assert gradient @ down >= -0.1 * w / 0.5 - 1e-9
 
 
@@ -171,7 +171,7 @@ def test_a_robot_on_its_feet():
     touches = [(f"leg{k}", [0, 0, -0.28], [0, 0, 1], 0.6) for k in range(4)]
     v = np.zeros(m.nv)
     found = r.whole_body(v, [{"center_of_mass": [0.5, 0.2, 0.3]}, np.zeros(m.nv)], touches=touches)
-    assert found.unbalanced < 1e-7 and found.slipping < 1e-7 and found.missing == 0
+    assert found.unbalanced < 1e-7 and found.slipping < 1e-7 and found.shortfall == 0
     mass, _ = r.center_of_mass()
     assert np.allclose(found.forces.sum(axis=0), mass * (np.array([0.5, 0.2, 0.3]) + [0, 0, 9.81]), atol=1e-6)
     feet = {f"leg{k}": np.hstack([np.cross(r.tip_pose(f"leg{k}")[:3, :3] @ [0, 0, -0.28], -f), -f]) for k, f in enumerate(found.forces)}
@@ -179,7 +179,7 @@ def test_a_robot_on_its_feet():
     polygon = lw.support_polygon([r.tip_pose(f"leg{k}")[:2, 3] for k in range(4)])
     assert len(polygon) == 4 and lw.support_margin(polygon, r.center_of_mass()[1][:2]) > 0.05
     weak = r.whole_body(v, [np.zeros(m.nv)], touches=touches, effort=np.where(np.arange(m.nv) < 6, 0.0, 1.0))
-    assert np.abs(weak.tau).max() <= 1 + weak.missing + 1e-9
+    assert np.abs(weak.tau).max() <= 1 + weak.shortfall + 1e-9
 
 
 def test_impedance_is_a_spring():

@@ -331,7 +331,7 @@ def test_a_robot_keeps_what_is_coupled():
     with pytest.raises(lw.LinkworkError, match="no nearer") as e:
         robot.inverse_kinematics_together({"arm": [3, 0, 0]})
     assert abs(e.value.q[2] + e.value.q[3] - 0.2) < 2e-9
-    for refused in (lambda: robot.inverse_kinematics("arm", at), lambda: robot.plan("arm", q, q), lambda: robot.tip_rates("arm", np.zeros(6))):
+    for refused in (lambda: robot.inverse_kinematics("arm", at), lambda: robot.plan("arm", q, q), lambda: robot.joint_rates("arm", np.zeros(6))):
         with pytest.raises(lw.LinkworkError, match="knows nothing of coupling 0"):
             refused()
     assert robot.inverse_kinematics("turn", axis=[1, 0, 0], along=[1, 1, 0])[0] == pytest.approx(np.pi / 4)
@@ -398,9 +398,9 @@ def test_forces_of_two_hands_and_of_tips_are_those_of_the_reference():
     assert np.abs(wrenches.ravel() - golden["wrenches"]).max() < 1e-9
     assert np.abs(tau[place] - golden["tau"]).max() < 1e-9
     given = np.reshape(case["given_wrenches"], (2, 6))
-    for golden in case["move_squeeze"]:
+    for golden in case["split_hand_wrenches"]:
         moment = golden["moment_weight_per_force_weight"]
-        moving, squeezing, net = robot.move_squeeze("beam", given, hands=tuple(golden["weights"]), moment=moment)
+        moving, squeezing, net = robot.split_hand_wrenches("beam", given, hands=tuple(golden["weights"]), moment=moment)
         assert np.abs(moving.ravel() - golden["move"]).max() < 1e-9
         assert np.abs(squeezing.ravel() - golden["squeeze"]).max() < 1e-9 and np.allclose(moving + squeezing, given)
         assert np.abs(net[3:] - given[:, 3:].sum(axis=0)).max() < 1e-12
@@ -462,11 +462,11 @@ def test_an_object_with_joints_is_the_same_as_a_mechanism_that_has_it():
     with robot.grasp("arm", "handle", AT):
         robot.set_object_q("handle", theta)
         assert robot.object_q("handle").tolist() == theta.tolist()
-        tau, forces = robot.feed_forward_with("handle", v, a, rates, more)
+        tau, forces = robot.feed_forward_with_object("handle", v, a, rates, more)
         want = whole.inverse_dynamics(Q, both(v, rates), both(a, more))[place]
         assert np.abs(np.concatenate([tau, forces]) - want).max() < 1e-12 * np.abs(want).max()
         M = whole.mass_matrix(Q)[np.ix_(place, place)]
-        assert np.abs(robot.mass_matrix_with("handle") - M).max() < 1e-12 * np.abs(M).max()
+        assert np.abs(robot.mass_matrix_with_object("handle") - M).max() < 1e-12 * np.abs(M).max()
         still = whole.inverse_dynamics(Q, np.zeros(5), np.zeros(5))[place]
         assert np.abs(robot.gravity_forces() - still[:3]).max() < 1e-12 * np.abs(still).max()
         state = whole.state(Q, np.zeros(5))
@@ -514,12 +514,12 @@ def test_objects_with_joints_that_cannot_be_are_refused():
         (lambda: robot.object_body_pose("handle", "jwa"), "jaw"),
         (lambda: robot.object_body_pose("cup", "lid"), "no body"),
         (lambda: robot.object_bodies("cpu"), "cup"),
-        (lambda: robot.feed_forward_with("cup", zero, zero, [], []), "no joints"),
-        (lambda: robot.feed_forward_with("handle", zero, zero, two_zeros, two_zeros), "not held"),
-        (lambda: robot.feed_forward_with("handle", zero, zero, zero, two_zeros), "rates"),
-        (lambda: robot.mass_matrix_with("handle"), "not held"),
+        (lambda: robot.feed_forward_with_object("cup", zero, zero, [], []), "no joints"),
+        (lambda: robot.feed_forward_with_object("handle", zero, zero, two_zeros, two_zeros), "not held"),
+        (lambda: robot.feed_forward_with_object("handle", zero, zero, zero, two_zeros), "rates"),
+        (lambda: robot.mass_matrix_with_object("handle"), "not held"),
         (lambda: robot.squeeze("cup", zero, 1.0), "not held"),
-        (lambda: robot.move_squeeze("cup", np.zeros((2, 5))), "(2, 6)"),
+        (lambda: robot.split_hand_wrenches("cup", np.zeros((2, 5))), "(2, 6)"),
         (lambda: robot.grip("cup", np.zeros((2, 5)), friction=[([1, 0, 0], 0.5, 0.02, 9.0)] * 2), "(2, 6)"),
         (lambda: robot.task_inertia([]), "parts"),
         (lambda: robot.task_forces(["arm"], zero, np.zeros(6)), "no solution"),
@@ -604,16 +604,16 @@ def test_rates_of_a_tip():
     robot.q = [0.3, 0.5, 0.4]
     J = robot.jacobian("arm")
     twist = J @ [0.1, -0.2, 0.3]
-    v, missing = robot.tip_rates("arm", twist)
+    v, missing = robot.joint_rates("arm", twist)
     assert np.abs(J @ v - twist).max() < 1e-9 and max(missing) < 1e-9
     # What a plane does not have is missing; rates stay within their limits.
-    v, (linear, angular) = robot.tip_rates("arm", [0, 0, 0, 0, 0.2, 0])
+    v, (linear, angular) = robot.joint_rates("arm", [0, 0, 0, 0, 0.2, 0])
     assert linear == pytest.approx(0.2) and angular < 1e-9
-    v, (linear, _) = robot.tip_rates("arm", 50 * twist)
+    v, (linear, _) = robot.joint_rates("arm", 50 * twist)
     assert np.abs(v).max() <= 2.0 + 1e-12 and linear > 0.1
     for wrong in (["leg", twist], ["arm", twist[:5]], ["arm", [np.nan] * 6]):
         with pytest.raises(lw.LinkworkError):
-            robot.tip_rates(*wrong)
+            robot.joint_rates(*wrong)
 
 
 def test_a_battery_goes_with_its_driver():

@@ -64,7 +64,7 @@ series: dict[str, linkwork.Series] = linkwork.read_log(folder / "run.mcap")
 assert len(angles) == 21 and "rad" in units and series["bob.angle"].unit == "rad"
 campaign = linkwork.Campaign("sims/ballistic_entry/dispersions.ron")
 outcome: linkwork.Outcome = campaign.run(17, checkpoint=folder / "run_17.lwck")
-heating: float = outcome.figures["peak heating"]
+heating: float = outcome.metrics["peak heating"]
 assert heating > 0 and campaign.draws(17).keys() == campaign.drawn.keys()
 text: str = ""
 try:

@@ -1,18 +1,18 @@
 //! Inputs that were wrong once, with the right answers: conserved momentum, ends of tanks, springs and airbags, first samples, starts.
 use crate::common;
-use common::{figures_of, get, rotation, scene, seconds, velocity};
+use common::{get, metrics_of, rotation, scene, seconds, velocity};
 use linkwork_runtime::Simulation;
 use linkwork_spatial::Vec3;
 
-/// The figures of a simulation that has to run.
-fn figures(text: &str) -> impl Fn(&str) -> f64 + use<> {
-    let all = figures_of(text).unwrap_or_else(|e| panic!("{e}"));
+/// The metrics of a simulation that has to run.
+fn metrics(text: &str) -> impl Fn(&str) -> f64 + use<> {
+    let all = metrics_of(text).unwrap_or_else(|e| panic!("{e}"));
     move |name| all[name]
 }
 
 /// What a simulation says that cannot be loaded or ends with an error.
 fn refused(text: &str, parts: &[&str]) {
-    let told = figures_of(text).err().unwrap_or_else(|| panic!("it runs: {parts:?}"));
+    let told = metrics_of(text).err().unwrap_or_else(|| panic!("it runs: {parts:?}"));
     for part in parts {
         assert!(told.contains(part), "{part}: {told}");
     }
@@ -192,21 +192,21 @@ fn springs_begin_within_their_stroke() {
     bodies: {{ "a": (parent: "world", hinge: Locked, mass: 10, inertia: [1, 1, 1]), "b": (parent: "world", hinge: Free, mass: 10, inertia: [1, 1, 1], initial: (position: [{x:?}, 0, 0])) }},
     parts: {{ "S": (model: "flight.{model}", params: {{ "stiffness": 1000, "{length}": 0.1 }}, bind: {{ "a": "node:a", "b": "node:b" }}) }},
     gravity: "none", step: "1 ms", integrator: "dormand_prince_54", until: "1 s",
-    figures: {{ "speed": (of: "b.velocity.x", take: "last") }},
+    metrics: {{ "speed": (of: "b.velocity.x", take: "last") }},
 )"#
         )
     };
     refused(&text("separation_spring", "stroke", -0.1), &["0.100000 m behind", "stroke of 0.1 m"]);
     refused(&text("kickoff_spring", "length", 0.0), &["ends coincide", "no direction"]);
     // ½ k s² goes into the body: √(k/m) s.
-    assert!((figures(&text("separation_spring", "stroke", 0.0))("speed") - 1.0).abs() < 1e-6);
-    assert!((figures(&text("kickoff_spring", "length", 0.01))("speed") - 0.9).abs() < 1e-6);
+    assert!((metrics(&text("separation_spring", "stroke", 0.0))("speed") - 1.0).abs() < 1e-6);
+    assert!((metrics(&text("kickoff_spring", "length", 0.01))("speed") - 0.9).abs() < 1e-6);
 }
 
 /// A rover that rolls without slip on a circle of half a metre: the monitor of its drive reads none.
 #[test]
 fn a_curve_without_slip_is_no_slip() {
-    let get = figures(
+    let get = metrics(
         r#"Simulation(
     parts: {
         "V": (model: "basics.constant", params: { "value": 0.05 }),
@@ -217,7 +217,7 @@ fn a_curve_without_slip_is_no_slip() {
     },
     wires: ["V.y -> D.wheel_speed", "X.y -> D.x", "Y.y -> D.y", "H.y -> D.heading"],
     gravity: "none", step: "0.1 s", until: "60 s",
-    figures: { "slip": (of: "D.slip", take: "max_abs"), "slipping": (of: "D.slipping", take: "max") },
+    metrics: { "slip": (of: "D.slip", take: "max_abs"), "slipping": (of: "D.slipping", take: "max") },
 )"#,
     );
     assert!(get("slip") < 1e-4 && get("slipping") == 0.0, "{}", get("slip"));
@@ -237,11 +237,11 @@ fn a_tank_that_blows_down_begins_with_what_it_has() {
     }},
     wires: ["T.volume -> B.volume", "B.throttle -> E.throttle"], connect: [("E.propellant", "T.outlet")],
     gravity: "none", step: "0.1 s", until: "90 s",
-    figures: {{ "throttle": (of: "B.throttle", take: "last"), "left": (of: "T.propellant", take: "last") }},
+    metrics: {{ "throttle": (of: "B.throttle", take: "last"), "left": (of: "T.propellant", take: "last") }},
 )"#
         )
     };
-    let get = figures(&text(""));
+    let get = metrics(&text(""));
     // ẋ (V₀ + x/ρ) = c V₀: t = (x + x²/(2 ρ V₀))/c.
     let (c, gone) = (1000.0 / (220.0 * 9.80665), 100.0 - get("left"));
     let t = (gone + gone * gone / (2.0 * 1000.0 * 0.05)) / c;
@@ -265,14 +265,14 @@ fn gusts_end_with_their_specification() {
         "Gust": (model: "flight.gusts", params: {{ {more} }}, bind: {{ "body": "node:b" }}, rate: "10 Hz"),
     }},
     wires: ["H.height -> Gust.height"], step: "0.1 s", until: "20 s",
-    figures: {{ "u": (of: "Gust.velocity.y", take: "max_abs") }},
+    metrics: {{ "u": (of: "Gust.velocity.y", take: "max_abs") }},
 )"#,
             6_378_137.0 + height
         )
     };
-    assert_eq!(figures(&text(3e5, ""))("u"), 0.0);
-    assert!(figures(&text(1.5e4, ""))("u") > 0.1);
-    assert!(figures(&text(3e5, "\"length\": [500, 500, 500], \"sigma\": [1, 1, 1]"))("u") > 0.1);
+    assert_eq!(metrics(&text(3e5, ""))("u"), 0.0);
+    assert!(metrics(&text(1.5e4, ""))("u") > 0.1);
+    assert!(metrics(&text(3e5, "\"length\": [500, 500, 500], \"sigma\": [1, 1, 1]"))("u") > 0.1);
     let mut sim = scene(&text(3e5, ""), &[]).unwrap();
     let told: Vec<String> = sim.startup_warnings().into_iter().map(|f| f.message).collect();
     assert!(told.iter().any(|m| m.contains("gusts of MIL-F-8785C end at 24384 m")), "{told:?}");
@@ -287,11 +287,11 @@ fn honeycomb_takes_the_energy_of_the_landing() {
     bodies: {{ "b": (parent: "world", hinge: Slider([0, 0, 1]), mass: 1000, inertia: [1, 1, 1], initial: (position: 0.001, rate: -3)) }},
     parts: {{ "L": (model: "flight.crushable_leg", params: {{ "stages": [(stroke: 0.3, force: {first}), (stroke: 0.3, force: {second})] }}, bind: {{ "foot": "node:b" }}) }},
     gravity: "none", step: "1 ms", integrator: "dormand_prince_54", until: "2 s",
-    figures: {{ "taken": (of: "L.taken", take: "last"), "speed": (of: "b.speed", take: "last"), "most": (of: "L.force", take: "max") }},
+    metrics: {{ "taken": (of: "L.taken", take: "last"), "speed": (of: "b.speed", take: "last"), "most": (of: "L.force", take: "max") }},
 )"#
         )
     };
-    let get = figures(&text(8000, 20_000));
+    let get = metrics(&text(8000, 20_000));
     let back = 0.5 * 1000.0 * get("speed").powi(2);
     assert!((get("taken") - 4300.0).abs() < 10.0 && get("most") < 21_000.0, "{}", get("taken"));
     assert!((back - 0.5 * 20_000.0 * 20_000.0 / 1e6).abs() < 10.0, "{back}");
@@ -301,7 +301,7 @@ fn honeycomb_takes_the_energy_of_the_landing() {
 /// An inertial unit has its bias and its scale error in its first sample as in all others; each axis has its own.
 #[test]
 fn an_inertial_unit_begins_as_it_continues() {
-    let get = figures(
+    let get = metrics(
         r#"Simulation(
     bodies: {
         "deck": (parent: "world", mass: 1, inertia: Sphere(0.1), nodes: { "n": (position: [0, 0, 0]) }),
@@ -313,7 +313,7 @@ fn an_inertial_unit_begins_as_it_continues() {
         "Table": (model: "sensors.imu", rate: "10 Hz", params: { "grade": ln200s, "gyro_white": 0, "gyro_walk": 0 }, bind: { "mount": "node:t/n" }),
     },
     step: "100 ms", until: "1 s", seed: 3,
-    figures: {
+    metrics: {
         "rate, first": (of: "Imu.rate.x", at: "time < 1 ms"), "rate, last": (of: "Imu.rate.x", take: "last"),
         "force, first": (of: "Imu.force.x", at: "time < 1 ms"), "force, last": (of: "Imu.force.x", take: "last"),
         "x": (of: "Table.rate.x", take: "last"), "y": (of: "Table.rate.y", take: "last"), "z": (of: "Table.rate.z", take: "last"),
@@ -339,11 +339,11 @@ fn a_converter_of_current_knows_zero_and_its_range() {
         "A": (model: "sensors.current", rate: "10 Hz", params: {{ {params} }}),
     }},
     wires: ["I.y -> A.current"], step: "100 ms", until: "1 s",
-    figures: {{ "reading": (of: "A.reading", take: "last") }},
+    metrics: {{ "reading": (of: "A.reading", take: "last") }},
 )"#
         )
     };
-    let read = |value, params| figures(&text(value, params))("reading");
+    let read = |value, params| metrics(&text(value, params))("reading");
     assert_eq!(read(0, r#""bits": 12, "range": "20 A""#), 0.0);
     assert_eq!(read(0, r#""bits": 1, "range": "20 A""#), 0.0);
     let step = 20.0 / 2048.0;

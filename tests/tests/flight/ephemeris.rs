@@ -237,7 +237,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
         assert!((s.distance_au / (want.norm() / AU) - 1.0).abs() < 1e-12);
     }
     // Ten days, of which the Moon has six.
-    assert!(sun.trouble(863_999.0).is_none() && sun.trouble(864_001.0).is_some());
+    assert!(sun.failure(863_999.0).is_none() && sun.failure(864_001.0).is_some());
     let refused = |text: &str, parts: &[&str]| {
         let told = scene(text, &[]).err().unwrap();
         for part in parts {

@@ -1,10 +1,10 @@
 //! One world in a simulation: what its parts take from it, in simulations with known answers.
 use crate::common;
-use common::figures_of;
+use common::metrics_of;
 
-/// The figures of a simulation that has to run.
-fn figures(text: &str) -> impl Fn(&str) -> f64 + use<> {
-    let all = figures_of(text).unwrap_or_else(|e| panic!("{e}"));
+/// The metrics of a simulation that has to run.
+fn metrics(text: &str) -> impl Fn(&str) -> f64 + use<> {
+    let all = metrics_of(text).unwrap_or_else(|e| panic!("{e}"));
     move |name| all[name]
 }
 
@@ -12,7 +12,7 @@ fn figures(text: &str) -> impl Fn(&str) -> f64 + use<> {
 /// nor odometry with that gyroscope takes it for a turn of the rover.
 #[test]
 fn navigation_at_rest_does_not_turn_with_the_planet() {
-    let get = figures(NAVIGATION);
+    let get = metrics(NAVIGATION);
     let (heading, deviation) = (get("heading"), get("deviation"));
     assert!(heading.abs() < deviation.min(1e-3), "{heading} rad, claimed {deviation}");
     assert!(get("odometry").abs() < 1e-9, "{}", get("odometry"));
@@ -30,13 +30,13 @@ const NAVIGATION: &str = r#"Simulation(
     },
     wires: ["Imu.rate -> Est.gyro", "Imu.force -> Est.force", "Zero.y -> Est.speed", "Imu.rate.z -> Odometry.yaw_rate", "Zero.y -> Odometry.wheels[*].rate"],
     step: "100 ms", until: "1000 s",
-    figures: { "heading": (of: "Est.heading", take: "last"), "deviation": (of: "Est.deviation.z", take: "last"), "odometry": (of: "Odometry.heading", take: "last") },
+    metrics: { "heading": (of: "Est.heading", take: "last"), "deviation": (of: "Est.deviation.z", take: "last"), "odometry": (of: "Odometry.heading", take: "last") },
 )"#;
 
 /// Of 1361 W/m² at 1 AU a panel near the Earth has all by day, less 7000 km of way, and nothing in the shadow; there is no air in space that would take some.
 #[test]
 fn a_panel_in_orbit_has_the_whole_sun_or_the_shadow() {
-    let get = figures(ORBIT);
+    let get = metrics(ORBIT);
     let d = 1.000_002_61 - 7e6 / linkwork_runtime::AU;
     assert!((get("day") - 1361.0 / (d * d)).abs() < 1e-6, "{}", get("day"));
     assert_eq!(get("night"), 0.0);
@@ -54,13 +54,13 @@ const ORBIT: &str = r#"Simulation(
         "Night": (model: "power.solar_panel", params: { "area": "1 m^2", "efficiency": 1 }, bind: { "panel": "node:night/n" }),
     },
     gravity: "none", step: "1 s", until: "2 s",
-    figures: { "day": (of: "Day.power", take: "last", unit: "W"), "night": (of: "Night.power", take: "max", unit: "W") },
+    metrics: { "day": (of: "Day.power", take: "last", unit: "W"), "night": (of: "Night.power", take: "max", unit: "W") },
 )"#;
 
 /// At the mean distance of Mars 586 W/m² are left; a Sun that has set lights no panel, whichever way it faces.
 #[test]
 fn a_panel_on_the_ground_has_the_sun_of_its_planet_by_day_alone() {
-    let get = figures(GROUND);
+    let get = metrics(GROUND);
     // The radius of Mars nearer than its centre.
     let d = 1.523_710_34 - 3_396_191.0 / linkwork_runtime::AU;
     assert!((get("lit") - 1361.0 / (d * d)).abs() < 1e-3, "{}", get("lit"));
@@ -77,7 +77,7 @@ const GROUND: &str = r#"Simulation(
         "Dark": (model: "power.solar_panel", params: { "area": "1 m^2", "efficiency": 1, "sun": "Dusk" }, bind: { "panel": "node:side/n" }),
     },
     gravity: "none", step: "1 s", until: "2 s",
-    figures: { "lit": (of: "Lit.power", take: "last", unit: "W"), "dark": (of: "Dark.power", take: "max", unit: "W") },
+    metrics: { "lit": (of: "Lit.power", take: "last", unit: "W"), "dark": (of: "Dark.power", take: "max", unit: "W") },
 )"#;
 
 /// At ∛(μ/ω²), 20 427.6 km around Mars, a craft keeps its place over the ground.
@@ -85,7 +85,7 @@ const GROUND: &str = r#"Simulation(
 fn in_a_stationary_orbit_the_ground_stands_still() {
     let omega = 350.891_982_26_f64.to_radians() / 86_400.0;
     let r = (4.2828e13 / (omega * omega)).cbrt();
-    let get = figures(
+    let get = metrics(
         &STATIONARY
             .replace("20427.6e3", &format!("{r:?}"))
             .replace("1448", &format!("{:?}", omega * r)),
@@ -103,14 +103,14 @@ const STATIONARY: &str = r#"Simulation(
         "Orbit": (model: "flight.orbit", bind: { "body": "node:craft" }),
     },
     step: "10 s", integrator: "dormand_prince_54", accuracy: (relative: 1e-10, absolute: 1e-6), until: "1 h",
-    figures: { "speed": (of: "Ground.speed", take: "max"), "inclination": (of: "Orbit.inclination", take: "last"), "latitude": (of: "Ground.latitude", take: "max") },
+    metrics: { "speed": (of: "Ground.speed", take: "max"), "inclination": (of: "Orbit.inclination", take: "last"), "latitude": (of: "Ground.latitude", take: "max") },
 )"#;
 
 /// Inclinations count from the planet's own equator: of the orbit with the normal (1, 0, −1)/√2 around the pole of Mars, right ascension 317.68°, declination
 /// 52.89° (IAU), 104.4°; the craft comes as far from the equator as that says.
 #[test]
 fn an_inclination_counts_from_the_equator_of_the_body() {
-    let get = figures(INCLINED);
+    let get = metrics(INCLINED);
     let (ra, dec) = (317.681_f64.to_radians(), 52.887_f64.to_radians());
     let normal = (dec.cos() * ra.cos() - dec.sin()) / 2f64.sqrt();
     let wanted = normal.acos().to_degrees();
@@ -130,5 +130,5 @@ const INCLINED: &str = r#"Simulation(
         "Orbit": (model: "flight.orbit", bind: { "body": "node:craft" }),
     },
     step: "10 s", integrator: "dormand_prince_54", accuracy: (relative: 1e-10, absolute: 1e-6), until: "3 h",
-    figures: { "least": (of: "Orbit.inclination", take: "min", unit: "deg"), "inclination": (of: "Orbit.inclination", take: "max", unit: "deg"), "latitude": (of: "Ground.latitude", take: "max", unit: "deg") },
+    metrics: { "least": (of: "Orbit.inclination", take: "min", unit: "deg"), "inclination": (of: "Orbit.inclination", take: "max", unit: "deg"), "latitude": (of: "Ground.latitude", take: "max", unit: "deg") },
 )"#;

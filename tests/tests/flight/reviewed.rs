@@ -1,5 +1,5 @@
 //! Faults that reviews of the models of flight found, in simulations (`tests/hunt/reviews.md`).
-use crate::common::{figures_of, scene, seconds};
+use crate::common::{metrics_of, scene, seconds};
 
 /// Mass (kg), length (m), stiffness (N/m) and damping (N s/m) of a load on a line, and the force (N) that pulls it at a time (s).
 const LOAD: (f64, f64, f64, f64) = (2.0, 1.0, 100.0, 200.0);
@@ -101,7 +101,7 @@ fn a_flow_that_begins_outside_its_tables_has_been_outside() {
 #[test]
 fn a_run_ends_when_the_apocentre_has_come_down() {
     // 11.2 km/s is a hyperbola here: v² = 2 μ/r at 10.845 km/s.
-    let y = figures_of(
+    let y = metrics_of(
         r#"Simulation(
             world: (body: "earth"),
             bodies: { "craft": (parent: "world", hinge: Free, mass: 1000, inertia: [10, 10, 10], initial: (position: [6778137, 0, 0], velocity: [0, 11200, 0])) },
@@ -117,7 +117,7 @@ fn a_run_ends_when_the_apocentre_has_come_down() {
             wires: ["Brake.force.x -> BackX.u", "Brake.force.y -> BackY.u", "BackX.y -> Engine.command.x", "BackY.y -> Engine.command.y", "Brake.force.z -> Engine.command.z"],
             connect: [("Engine.propellant", "Feed.outlet")],
             step: "1 s", integrator: "dormand_prince_54", until: "3000 s", stop_when: "Orbit.apocentre < 20000 km",
-            figures: { "first": (of: "Orbit.apocentre", at: "time >= 0 s", unit: "m"), "last": (of: "Orbit.apocentre", unit: "m") },
+            metrics: { "first": (of: "Orbit.apocentre", at: "time >= 0 s", unit: "m"), "last": (of: "Orbit.apocentre", unit: "m") },
         )"#,
     )
     .unwrap_or_else(|e| panic!("{e}"));

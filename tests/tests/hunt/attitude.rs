@@ -10,7 +10,7 @@ const CASES: &[Case] = &[
             "P": (model: "control.pointing", params: { "inertia": [2, 2, 2], "frequency": 0.5 }) },
         wires: ["M.attitude -> P.attitude", "M.rate -> P.rate", "Zero.y -> P.target.x", "Zero.y -> P.target.y", "Zero.y -> P.target.z", "One.y -> P.target.w"],
         gravity: "none", step: "10 ms", until: "0.1 s",
-        figures: { "error": (of: "P.error", unit: "deg"), "torque": (of: "P.torque.z") }"#,
+        metrics: { "error": (of: "P.error", unit: "deg"), "torque": (of: "P.torque.z") }"#,
         // 160 degrees are left, forwards.
         want: &[("error", 160.0, 1e-6), ("torque", 1.4, 1e9)],
     },
@@ -22,7 +22,7 @@ const CASES: &[Case] = &[
             "P": (model: "control.pointing", params: { "inertia": [2, 2, 2], "frequency": 0.5 }) },
         wires: ["M.attitude -> P.attitude", "M.rate -> P.rate", "Zero.y -> P.target.x", "Zero.y -> P.target.y", "Zero.y -> P.target.z", "One.y -> P.target.w"],
         gravity: "none", step: "10 ms", until: "0.1 s",
-        figures: { "error": (of: "P.error", unit: "deg"), "pushes": (when: "abs(P.torque.z) > 0.1 N m") }"#,
+        metrics: { "error": (of: "P.error", unit: "deg"), "pushes": (when: "abs(P.torque.z) > 0.1 N m") }"#,
         want: &[("error", 180.0, 1e-6), ("pushes", 1.0, 0.0)],
     },
     Case {
@@ -33,7 +33,7 @@ const CASES: &[Case] = &[
             "P": (model: "control.pointing", params: { "inertia": [2, 2, 2], "frequency": 0.5 }) },
         wires: ["M.attitude -> P.attitude", "M.rate -> P.rate", "Zero.y -> P.target.x", "Zero.y -> P.target.y", "Z.y -> P.target.z", "W.y -> P.target.w"],
         gravity: "none", step: "10 ms", until: "0.1 s",
-        figures: { "error": (of: "P.error"), "torque": (of: "P.torque.z", take: "max_abs") }"#,
+        metrics: { "error": (of: "P.error"), "torque": (of: "P.torque.z", take: "max_abs") }"#,
         want: &[("error", 0.0, 1e-9), ("torque", 0.0, 1e-9)],
     },
     Case {
@@ -44,7 +44,7 @@ const CASES: &[Case] = &[
             "P": (model: "sensors.pose", rate: "10 Hz", bind: { "mount": "node:c" }), "Q": (model: "sensors.pose", rate: "10 Hz", bind: { "mount": "node:b" }) },
         step: "100 ms", until: "1 s",
         // yaw 45, pitch 90, roll 30: as yaw 15 and pitch 90.
-        figures: { "aw": (of: "A.attitude.w"), "ay": (of: "A.attitude.y"), "bw": (of: "B.attitude.w"), "bx": (of: "B.attitude.x"), "by": (of: "B.attitude.y"), "bz": (of: "B.attitude.z"), "c": (of: "P.heading", unit: "deg"), "tilt": (of: "Q.tilt", unit: "deg"), "finite": (when: "abs(Q.heading) < 7 rad") }"#,
+        metrics: { "aw": (of: "A.attitude.w"), "ay": (of: "A.attitude.y"), "bw": (of: "B.attitude.w"), "bx": (of: "B.attitude.x"), "by": (of: "B.attitude.y"), "bz": (of: "B.attitude.z"), "c": (of: "P.heading", unit: "deg"), "tilt": (of: "Q.tilt", unit: "deg"), "finite": (when: "abs(Q.heading) < 7 rad") }"#,
         want: &[
             ("aw", 0.701_057_4, 1e-6),
             ("ay", 0.701_057_4, 1e-6),
@@ -63,7 +63,7 @@ const CASES: &[Case] = &[
             "T": (model: "basics.step", params: { "time": 100, "before": 10, "after": -1 }), "Zero": (model: "basics.constant", params: { "value": 0 }),
             "C": (model: "control.rate_controller", rate: "10 Hz", params: { "kp": 0.5, "ki": 1, "limit": 5 }) },
         wires: ["T.y -> C.target", "Zero.y -> C.rate"], step: "0.1 s", until: "120 s",
-        figures: { "full": (of: "C.volts", at: "time >= 99 s"), "soon": (of: "C.volts", at: "time >= 111 s"), "least": (of: "C.volts", take: "min"), "most": (of: "C.volts", take: "max") }"#,
+        metrics: { "full": (of: "C.volts", at: "time >= 99 s"), "soon": (of: "C.volts", at: "time >= 111 s"), "least": (of: "C.volts", take: "min"), "most": (of: "C.volts", take: "max") }"#,
         // At most 5 V + 5 V of the integral part are to be undone, at 1 V/s, less the proportional part.
         want: &[
             ("full", 5.0, 1e-9),
@@ -78,7 +78,7 @@ const CASES: &[Case] = &[
             "T": (model: "basics.step", params: { "time": 1, "before": 0, "after": 1 }), "X": (model: "basics.constant", params: { "value": 3 }),
             "C": (model: "control.position_controller", rate: "100 Hz", params: { "kp": 1, "kd": 1, "limit": 1000 }) },
         wires: ["T.y -> C.target", "X.y -> C.angle"], step: "10 ms", until: "2 s",
-        figures: { "low": (of: "C.volts", take: "min"), "high": (of: "C.volts", take: "max"), "end": (of: "C.volts") }"#,
+        metrics: { "low": (of: "C.volts", take: "min"), "high": (of: "C.volts", take: "max"), "end": (of: "C.volts") }"#,
         want: &[("low", -3.0, 1e-9), ("high", 0.0, 1e-9), ("end", -2.0, 1e-9)],
     },
     Case {
@@ -87,7 +87,7 @@ const CASES: &[Case] = &[
         parts: { "W": (model: "flight.reaction_wheel", params: { "inertia": 0.0016 }, bind: { "wheel": "node:a/w" }), "S": (model: "power.ideal_supply", params: { "voltage": 28 }), "T": (model: "basics.step", params: { "time": 10, "before": 0.1, "after": 0 }) },
         wires: ["T.y -> W.torque"], connect: [("W.supply", "S.terminal")], gravity: "none", step: "0.1 s", until: "20 s",
         // Inertia of the body without the wheel's: the page says whether the body has it.
-        figures: { "body": (of: "a.angular.z"), "momentum": (of: "W.momentum") }"#,
+        metrics: { "body": (of: "a.angular.z"), "momentum": (of: "W.momentum") }"#,
         want: &[("body", -100.0, 1e-6), ("momentum", 1.0, 1e-9)],
     },
     Case {
@@ -95,7 +95,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "g": (parent: "world", hinge: Chain(Pin([0, 0, 1]), Pin([0, 1, 0]), Pin([1, 0, 0])), mass: 1, com: [0.2, 0, 0], inertia: [0.01, 0.006, 0.006], initial: (coordinates: [0, 0, 0], rates: [0.49111, 0, 400])) },
         parts: { EARTH }, step: "0.1 ms", until: "2 s",
         // m g l / (I w), steady for the rate that it starts with.
-        figures: { "turn": (of: "g[0].angle"), "dip": (of: "g[1].angle", take: "max_abs") }"#,
+        metrics: { "turn": (of: "g[0].angle"), "dip": (of: "g[1].angle", take: "max_abs") }"#,
         want: &[("turn", 0.981, 2e-3), ("dip", 0.0, 1e-3)],
     },
     Case {
@@ -103,7 +103,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "a": (parent: "world", hinge: Pin(axis: [0, 0, 1], prescribed: true), mass: 1, inertia: [1, 1, 1]) },
         parts: { "T": (model: "basics.hinge_trajectory", params: { "profile": [[1, 0], [2, 1], [2.1, 1], [4, -0.5]], "between": stops }, bind: { "hinge": "hinge:a" }) },
         gravity: "none", step: "10 ms", until: "6 s",
-        figures: { "high": (of: "a.angle", take: "max"), "low": (of: "a.angle", take: "min"), "at": (of: "a.angle", at: "time >= 2 s"), "rate": (of: "a.rate", at: "time >= 2.05 s"), "end": (of: "a.angle") }"#,
+        metrics: { "high": (of: "a.angle", take: "max"), "low": (of: "a.angle", take: "min"), "at": (of: "a.angle", at: "time >= 2 s"), "rate": (of: "a.rate", at: "time >= 2.05 s"), "end": (of: "a.angle") }"#,
         want: &[
             ("high", 1.0, 1e-6),
             ("low", -0.5, 1e-6),
@@ -120,7 +120,7 @@ const CASES: &[Case] = &[
         wires: ["B.y -> T.field.x", "Zero.y -> T.field.y", "Zero.y -> T.field.z", "D.y -> T.dipole.x", "Zero.y -> T.dipole.y", "Zero.y -> T.dipole.z"], connect: [("T.supply", "S.terminal")],
         gravity: "none", step: "10 ms", until: "1 s",
         // The dipole (5 A m2, cut off) points along y of W: m x B = -z.
-        figures: { "x": (of: "a.angular.x"), "z": (of: "a.angular.z"), "given": (of: "T.given.x") }"#,
+        metrics: { "x": (of: "a.angular.x"), "z": (of: "a.angular.z"), "given": (of: "T.given.x") }"#,
         want: &[("x", 0.0, 1e-12), ("z", -1.5e-4, 1e-8), ("given", 5.0, 0.0)],
     },
     Case {
@@ -130,7 +130,7 @@ const CASES: &[Case] = &[
             "F": (model: "basics.gain", params: { "k": 10 }), "B": (model: "basics.gain", params: { "k": 10 }) },
         wires: ["T.y -> P.torque", "P.forward -> F.u", "P.backward -> B.u"], step: "0.1 s", until: "200 s",
         // Means over time: 0.01 N m for half of the time, all of the time for the other half.
-        figures: { "back": (of: "B.y", take: "mean"), "forth": (of: "F.y", take: "mean"), "most": (of: "P.forward", take: "max") }"#,
+        metrics: { "back": (of: "B.y", take: "mean"), "forth": (of: "F.y", take: "mean"), "most": (of: "P.forward", take: "max") }"#,
         want: &[("back", 0.005, 2e-4), ("forth", 0.5, 2e-3), ("most", 0.1, 1e-9)],
     },
     Case {
@@ -140,7 +140,7 @@ const CASES: &[Case] = &[
             "D": (model: "control.wheel_distribution", params: { "axes": [[0.57735026919, 0.57735026919, 0.57735026919], [-0.57735026919, 0.57735026919, 0.57735026919], [-0.57735026919, -0.57735026919, 0.57735026919], [0.57735026919, -0.57735026919, 0.57735026919]] }) },
         wires: ["T.y -> D.torque.x", "Zero.y -> D.torque.y", "Zero.y -> D.torque.z"], step: "0.1 s", until: "1 s",
         // The torque on the body is against that on the wheels.
-        figures: { "one": (of: "D.torques[0]"), "two": (of: "D.torques[1]"), "five": (of: "D.torques[4]") }"#,
+        metrics: { "one": (of: "D.torques[0]"), "two": (of: "D.torques[1]"), "five": (of: "D.torques[4]") }"#,
         want: &[("one", -0.129_903_8, 1e-7), ("two", 0.129_903_8, 1e-7), ("five", 0.0, 0.0)],
     },
     Case {
@@ -148,7 +148,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "a": (parent: "world", at: (rotation: (rpy: [0, 0, "90 deg"]))), "b": (parent: "world", hinge: Pin([0, 0, 1]), mass: 1, inertia: [1, 1, 1], initial: (rate: 0.1)) },
         parts: { "A": (model: "sensors.star_tracker", rate: "10 Hz", params: { "sigma": [0, 0, 0] }, bind: { "mount": "node:a" }), "B": (model: "sensors.star_tracker", rate: "10 Hz", bind: { "mount": "node:b" }) },
         gravity: "none", step: "0.1 s", until: "1 s",
-        figures: { "z": (of: "A.attitude.z"), "w": (of: "A.attitude.w"), "fix": (of: "A.fix"), "none": (of: "B.fix", take: "max"), "identity": (of: "B.attitude.w", take: "min") }"#,
+        metrics: { "z": (of: "A.attitude.z"), "w": (of: "A.attitude.w"), "fix": (of: "A.fix"), "none": (of: "B.fix", take: "max"), "identity": (of: "B.attitude.w", take: "min") }"#,
         want: &[
             ("z", std::f64::consts::FRAC_1_SQRT_2, 1e-8),
             ("w", std::f64::consts::FRAC_1_SQRT_2, 1e-8),
@@ -167,7 +167,7 @@ const CASES: &[Case] = &[
             "S": (model: "basics.hinge_trajectory", params: { "profile": [[0, 0], [1, 2], [1.5, 2.2], [4, 0]], "between": smooth }, bind: { "hinge": "hinge:b" }) },
         gravity: "none", step: "10 ms", until: "5 s",
         // The trapezium has 6 rad; the smooth one meets its rows.
-        figures: { "way": (of: "a.angle"), "rate": (of: "a.rate"), "one": (of: "b.angle", at: "time >= 1 s"), "two": (of: "b.angle", at: "time >= 1.5 s"), "end": (of: "b.angle"), "rest": (of: "b.rate") }"#,
+        metrics: { "way": (of: "a.angle"), "rate": (of: "a.rate"), "one": (of: "b.angle", at: "time >= 1 s"), "two": (of: "b.angle", at: "time >= 1.5 s"), "end": (of: "b.angle"), "rest": (of: "b.rate") }"#,
         want: &[
             ("way", 6.0, 1e-6),
             ("rate", 0.0, 1e-6),
@@ -182,7 +182,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (rotation: (axis: [1, 2, 3], angle: "270 deg")), nodes: { "p": (position: [1, 0.5, -2]) }), "b": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (rotation: (axis: [-1, -2, -3], angle: "90 deg")), nodes: { "p": (position: [1, 0.5, -2]) }) },
         parts: { "A": (model: "sensors.motion", bind: { "mount": "node:a/p" }), "B": (model: "sensors.motion", bind: { "mount": "node:b/p" }) },
         gravity: "none", step: "10 ms", until: "0.1 s",
-        figures: { "same": (when: "abs(A.position.x - B.position.x) + abs(A.position.y - B.position.y) + abs(A.position.z - B.position.z) < 1e-12 m") }"#,
+        metrics: { "same": (when: "abs(A.position.x - B.position.x) + abs(A.position.y - B.position.y) + abs(A.position.z - B.position.z) < 1e-12 m") }"#,
         want: &[("same", 1.0, 0.0)],
     },
 ];

@@ -10,7 +10,7 @@ const CASES: &[Case] = &[
                 initial: (position: [0, 0, 0.1], velocity: [2.4, 1.8, 0])),
         },
         parts: { EARTH }, contact: (friction: 0.5), step: "1 ms", until: "2 s",
-        figures: { "x": (of: "box.position.x"), "y": (of: "box.position.y") }"#,
+        metrics: { "x": (of: "box.position.x"), "y": (of: "box.position.y") }"#,
         want: &[("x", 0.733_945, 3e-3), ("y", 0.550_459, 3e-3)],
     },
     Case {
@@ -21,7 +21,7 @@ const CASES: &[Case] = &[
                 initial: (position: [0, 0, 0.1], velocity: [3, 0, 0])),
         },
         parts: { EARTH }, contact: (friction: 0.2), step: "1 ms", until: "2 s",
-        figures: { "x": (of: "box.position.x"), "y": (of: "box.position.y", take: "max_abs"), "turn": (of: "box.rotation.z", take: "max_abs") }"#,
+        metrics: { "x": (of: "box.position.x"), "y": (of: "box.position.y", take: "max_abs"), "turn": (of: "box.rotation.z", take: "max_abs") }"#,
         want: &[("x", 2.293_578, 4e-3), ("y", 0.0, 1e-5), ("turn", 0.0, 1e-5)],
     },
     Case {
@@ -36,7 +36,7 @@ const CASES: &[Case] = &[
                 initial: (position: [0.034202, 6, 0.093969], rotation: (rpy: [0, "20 deg", 0]))),
         },
         parts: { EARTH }, contact: (friction: 1), step: "2 ms", until: "20 s",
-        figures: { "a": (of: "a.position.x"), "b": (of: "b.position.x"), "aside": (of: "a.position.y"), "bside": (of: "b.position.y") }"#,
+        metrics: { "a": (of: "a.position.x"), "b": (of: "b.position.x"), "aside": (of: "a.position.y"), "bside": (of: "b.position.y") }"#,
         want: &[
             ("a", 0.034_202, 2e-4),
             ("b", 0.034_202, 2e-4),
@@ -56,7 +56,7 @@ const CASES: &[Case] = &[
                 initial: (position: [0.034202, 2, 0.093969], rotation: (rpy: [0, "20 deg", 0]))),
         },
         parts: { EARTH }, contact: (), step: "1 ms", until: "1 s",
-        figures: { "a": (of: "a.position.x"), "b": (of: "b.position.x"), "c": (of: "c.position.x") }"#,
+        metrics: { "a": (of: "a.position.x"), "b": (of: "b.position.x"), "c": (of: "c.position.x") }"#,
         // 0.034202 + g (sin 20 - mu cos 20) t^2 / 2 cos 20 with mu = 0.1, 0.2 and 0.5.
         want: &[("a", 1.177_56, 3e-3), ("b", 0.744_44, 3e-3), ("c", 0.034_202, 2e-4)],
     },
@@ -64,7 +64,7 @@ const CASES: &[Case] = &[
         report: "drake PR 18039, PR 18019: a screw joint that falls",
         text: r#"bodies: { "nut": (parent: "world", hinge: Screw(axis: [0, 0, 1], pitch: "0.1 m/rev"), mass: 2, inertia: [0.01, 0.01, 0.003]) },
         parts: { EARTH, "M": (model: "sensors.motion", bind: { "mount": "node:nut" }) }, step: "1 ms", until: "1 s",
-        figures: { "z": (of: "M.position.z"), "rate": (of: "nut.rate") }"#,
+        metrics: { "z": (of: "M.position.z"), "rate": (of: "nut.rate") }"#,
         // z'' = -m g / (m + I (2 pi / p)^2).
         want: &[("z", -0.708_634_53, 1e-7), ("rate", -89.049_641, 1e-4)],
     },
@@ -76,7 +76,7 @@ const CASES: &[Case] = &[
         },
         parts: { "T": (model: "basics.hinge_trajectory", params: { "profile": [[0, 2], [10, 2]], "gives": rate }, bind: { "hinge": "hinge:arm" }) },
         gravity: "none", step: "1 ms", until: "1 s",
-        figures: { "r": (of: "bead.displacement") }"#,
+        metrics: { "r": (of: "bead.displacement") }"#,
         want: &[("r", 0.376_219_6, 1e-7)],
     },
     Case {
@@ -86,7 +86,7 @@ const CASES: &[Case] = &[
                 initial: (rotation: (rpy: [0, "30 deg", 0]), angular: [-1.682825918, 0, 2.914739990]), nodes: { "end": (position: [0, 0, -1]) }),
         },
         parts: { EARTH, "M": (model: "sensors.motion", bind: { "mount": "node:bob/end" }) }, step: "1 ms", until: "5 s",
-        figures: { "low": (of: "M.position.z", take: "min"), "high": (of: "M.position.z", take: "max"), "x": (of: "M.position.x") }"#,
+        metrics: { "low": (of: "M.position.z", take: "min"), "high": (of: "M.position.z", take: "max"), "x": (of: "M.position.x") }"#,
         // w = sqrt(g / (l cos 30)) = 3.3656518 rad/s; x = -sin 30 cos(5 w).
         want: &[("low", -0.866_025_4, 1e-6), ("high", -0.866_025_4, 1e-6), ("x", 0.217_708, 1e-6)],
     },
@@ -94,7 +94,7 @@ const CASES: &[Case] = &[
         report: "drake PR 4965: free symmetric body, closed form",
         text: r#"bodies: { "top": (parent: "world", hinge: Free, mass: 1, inertia: [0.04, 0.04, 0.06], initial: (angular: [1, 0, 3])) },
         gravity: "none", step: "1 ms", until: "4 s",
-        figures: { "x": (of: "top.angular.x"), "y": (of: "top.angular.y"), "z": (of: "top.angular.z") }"#,
+        metrics: { "x": (of: "top.angular.x"), "y": (of: "top.angular.y"), "z": (of: "top.angular.z") }"#,
         // The transverse rate turns at (I_z - I_x) / I_x w_z = 1.5 rad/s.
         want: &[("x", 0.960_170_286_65, 1e-9), ("y", -0.279_415_498_2, 1e-9), ("z", 3.0, 1e-12)],
     },
@@ -106,7 +106,7 @@ const CASES: &[Case] = &[
                 initial: (position: [0, 0, 1.5])),
         },
         parts: { EARTH }, contact: (restitution: 1), step: "1 ms", until: "4 s",
-        figures: { "highest": (of: "box.position.z", take: "max"), "apex": (of: "box.position.z", at: "time >= 0.9030476 s"), "tilt": (of: "box.rotation.y", take: "max_abs") }"#,
+        metrics: { "highest": (of: "box.position.z", take: "max"), "apex": (of: "box.position.z", at: "time >= 0.9030476 s"), "tilt": (of: "box.rotation.y", take: "max_abs") }"#,
         want: &[("highest", 1.5, 1e-3), ("apex", 1.5, 1e-3), ("tilt", 0.0, 1e-9)],
     },
     Case {
@@ -119,7 +119,7 @@ const CASES: &[Case] = &[
             "d": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), collide: (restitution: 0.95))], initial: (position: [3, 0, 2.1])),
         },
         parts: { EARTH }, contact: (), step: "1 ms", until: "1.5 s",
-        figures: {
+        metrics: {
             "a": (of: "a.position.z", at: "time >= 0.830121 s"), "b": (of: "b.position.z", at: "time >= 0.957832 s"),
             "c": (of: "c.position.z", at: "time >= 1.149398 s"), "d": (of: "d.position.z", at: "time >= 1.245182 s") }"#,
         want: &[("a", 0.28, 2e-3), ("b", 0.6, 3e-3), ("c", 1.38, 5e-3), ("d", 1.905, 6e-3)],
@@ -132,7 +132,7 @@ const CASES: &[Case] = &[
         },
         parts: { EARTH }, contact: (), step: "0.2 ms", until: "1.2 s",
         // h = 0.5 m, e = 0.5: apexes after T (1 + 2 e + ... + e^n), T = 0.319275 s, of heights h e^2n; rest after 3 T.
-        figures: {
+        metrics: {
             "first": (of: "a.position.z", at: "time >= 0.478913 s"), "second": (of: "a.position.z", at: "time >= 0.718370 s"),
             "third": (of: "a.position.z", at: "time >= 0.838098 s"), "fourth": (of: "a.position.z", at: "time >= 0.897962 s"),
             "rest": (of: "a.position.z"), "speed": (of: "a.velocity.z") }"#,
@@ -149,7 +149,7 @@ const CASES: &[Case] = &[
         report: "godot #21487: a pendulum that is struck turns at constant speed",
         text: r#"bodies: { "arm": (parent: "world", hinge: Pin([0, 1, 0]), mass: 2, com: [0, 0, -0.5], inertia: [0.1, 0.1, 0.1], initial: (rate: 3)) },
         parts: { EARTH }, step: "1 ms", until: "5 s",
-        figures: { "max": (of: "arm.angle", take: "max", unit: "deg"), "min": (of: "arm.angle", take: "min", unit: "deg") }"#,
+        metrics: { "max": (of: "arm.angle", take: "max", unit: "deg"), "min": (of: "arm.angle", take: "min", unit: "deg") }"#,
         // (I + m l^2) w^2 / 2 = m g l (1 - cos).
         want: &[("max", 43.550_229, 1e-3), ("min", -43.550_229, 1e-3)],
     },
@@ -158,21 +158,21 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "arm": (parent: "world", hinge: Pin([0, 1, 0]), armature: 1e-4, gear: 50, mass: 2, com: [0, 0, -0.5], inertia: [0.1, 0.1, 0.1], initial: (angle: 1e-3)) },
         parts: { EARTH }, step: "1 ms", until: "2 s",
         // T = 2 pi sqrt((I + m l^2 + n^2 J) / (m g l)) = 1.848967 s.
-        figures: { "half": (of: "arm.angle", take: "time_of_min"), "angle": (of: "arm.angle", take: "min") }"#,
+        metrics: { "half": (of: "arm.angle", take: "time_of_min"), "angle": (of: "arm.angle", take: "min") }"#,
         want: &[("half", 0.924_751_1, 1e-6), ("angle", -1e-3, 1e-9)],
     },
     Case {
         report: "mujoco #989: a small model is unstable",
         text: r#"bodies: { "arm": (parent: "world", hinge: Pin([0, 1, 0]), mass: 1e-6, com: [0, 0, -1e-3], inertia: [1e-13, 1e-13, 1e-13], initial: (angle: "1 mrad")) },
         parts: { EARTH }, step: "1 ms", until: "1 s",
-        figures: { "half": (of: "arm.angle", at: "time >= 0.0332699 s"), "max": (of: "arm.angle", take: "max_abs") }"#,
+        metrics: { "half": (of: "arm.angle", at: "time >= 0.0332699 s"), "max": (of: "arm.angle", take: "max_abs") }"#,
         want: &[("half", -1e-3, 1e-8), ("max", 1e-3, 1e-8)],
     },
     Case {
         report: "basilisk #1484: damping of a spherical pendulum does not take energy",
         text: r#"bodies: { "bob": (parent: "world", hinge: Ball, damping: 0.4, mass: 2, com: [0, 0, -0.5], inertia: [0.1, 0.1, 0.1], initial: (rotation: (axis: [0, 1, 0], angle: 1e-3))) },
         parts: { EARTH }, step: "1 ms", until: "4 s",
-        figures: { "y": (of: "bob.rotation.y", at: "time >= 2 s") }"#,
+        metrics: { "y": (of: "bob.rotation.y", at: "time >= 2 s") }"#,
         // A damped oscillator with I = 0.6, d = 0.4, k = 9.81; the quaternion has half of the angle.
         want: &[("y", -3.160_037_6e-5, 1e-9)],
     },
@@ -184,7 +184,7 @@ const CASES: &[Case] = &[
         },
         parts: { "A": (model: "sensors.motion", bind: { "mount": "node:a/p" }), "B": (model: "sensors.motion", bind: { "mount": "node:b/p" }) },
         gravity: "none", step: "1 ms", until: "10 s",
-        figures: { "same": (when: "abs(A.position.x - B.position.x) + abs(A.position.y - B.position.y) + abs(A.position.z - B.position.z) < 1e-7 m") }"#,
+        metrics: { "same": (when: "abs(A.position.x - B.position.x) + abs(A.position.y - B.position.y) + abs(A.position.z - B.position.z) < 1e-7 m") }"#,
         want: &[("same", 1.0, 0.0)],
     },
     Case {
@@ -194,7 +194,7 @@ const CASES: &[Case] = &[
             "a": (parent: "world", hinge: Free, mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), collide: (restitution: 0.5))], initial: (position: [0, 0, 0.1], velocity: [2, 1, 0], rotation: (rpy: [0.3, 0.2, 0.1]))),
         },
         parts: { EARTH, "M": (model: "sensors.motion", bind: { "mount": "node:a" }) }, contact: (friction: 0.5), step: "1 ms", until: "5 s",
-        figures: { "height": (of: "a.position.z", take: "range"), "vx": (of: "M.velocity.x"), "vy": (of: "M.velocity.y") }"#,
+        metrics: { "height": (of: "a.position.z", take: "range"), "vx": (of: "M.velocity.x"), "vy": (of: "M.velocity.y") }"#,
         // It ends with 5/7 of its initial speed, for any friction.
         want: &[("height", 0.0, 1.1e-4), ("vx", 1.428_571, 2e-3), ("vy", 0.714_286, 1e-3)],
     },
@@ -202,7 +202,7 @@ const CASES: &[Case] = &[
         report: "gazebo-classic #1107: strong damping of a light joint",
         text: r#"bodies: { "arm": (parent: "world", hinge: Pin([0, 0, 1]), damping: 100, mass: 0.01, inertia: [1e-3, 1e-3, 1e-3], initial: (rate: 10)) },
         gravity: "none", step: "1 ms", integrator: "rodas4p", until: "1 s",
-        figures: { "rate": (of: "arm.rate"), "angle": (of: "arm.angle") }"#,
+        metrics: { "rate": (of: "arm.rate"), "angle": (of: "arm.angle") }"#,
         want: &[("rate", 0.0, 1e-9), ("angle", 1e-4, 1e-8)],
     },
     Case {
@@ -215,7 +215,7 @@ const CASES: &[Case] = &[
                 initial: (position: [0, 0, 0.1], velocity: [3, 0, 0])),
         },
         parts: { EARTH }, contact: (friction: 0), step: "1 ms", until: "1.9 s",
-        figures: { "x": (of: "box.position.x"), "speed": (of: "box.velocity.x", take: "min"), "height": (of: "box.position.z", take: "max"), "y": (of: "box.position.y") }"#,
+        metrics: { "x": (of: "box.position.x"), "speed": (of: "box.velocity.x", take: "min"), "height": (of: "box.position.z", take: "max"), "y": (of: "box.position.y") }"#,
         want: &[("x", 5.7, 1e-4), ("speed", 3.0, 1e-5), ("height", 0.1, 1e-4), ("y", 0.0, 1e-4)],
     },
     Case {
@@ -226,7 +226,7 @@ const CASES: &[Case] = &[
                 initial: (position: [0, 0, 0.1], velocity: [3, 0.2, 0])),
         },
         parts: { EARTH }, contact: (friction: 0), step: "1 ms", until: "1.4 s",
-        figures: { "x": (of: "box.position.x"), "speed": (of: "box.velocity.x", take: "min"), "height": (of: "box.position.z", take: "max"), "y": (of: "box.position.y") }"#,
+        metrics: { "x": (of: "box.position.x"), "speed": (of: "box.velocity.x", take: "min"), "height": (of: "box.position.z", take: "max"), "y": (of: "box.position.y") }"#,
         want: &[("x", 4.2, 1e-3), ("speed", 3.0, 1e-5), ("height", 0.1, 1e-4), ("y", 0.28, 1e-4)],
     },
     Case {
@@ -237,7 +237,7 @@ const CASES: &[Case] = &[
         },
         gravity: "none", contact: (restitution: 0.5), step: "1 ms", until: "0.05 s",
         // It meets the wall at 4.97 m after 24.85 ms and comes back at 100 m/s.
-        figures: { "x": (of: "ball.position.x"), "furthest": (of: "ball.position.x", take: "max"), "v": (of: "ball.velocity.x") }"#,
+        metrics: { "x": (of: "ball.position.x"), "furthest": (of: "ball.position.x", take: "max"), "v": (of: "ball.velocity.x") }"#,
         want: &[("x", 2.455, 2e-3), ("furthest", 4.97, 0.2), ("v", -100.0, 1e-6)],
     },
     Case {
@@ -249,7 +249,7 @@ const CASES: &[Case] = &[
         parts: { EARTH, "T": (model: "basics.slider_trajectory", params: { "profile": [[0, 0.5], [10, 0.5]], "gives": rate }, bind: { "hinge": "hinge:platform" }) },
         contact: (friction: 0.5), step: "1 ms", until: "3 s",
         // It slips for v / (mu g) = 0.101937 s and loses v^2 / (2 mu g).
-        figures: { "v": (of: "box.velocity.x"), "x": (of: "box.position.x") }"#,
+        metrics: { "v": (of: "box.velocity.x"), "x": (of: "box.position.x") }"#,
         want: &[("v", 0.5, 1e-6), ("x", 1.474_516, 1e-3)],
     },
     Case {
@@ -260,7 +260,7 @@ const CASES: &[Case] = &[
             "one": (parent: "world", at: (position: [5, 0, 0]), hinge: Universal([1, 0, 0], [0, 1, 0]), mass: 1, com: [0, 0, -1], inertia: [0.1, 0.1, 0.1], initial: (coordinates: [0, "20 deg"], rates: [0, 1])),
         },
         parts: { EARTH }, step: "1 ms", until: "3 s",
-        figures: { "same": (when: "abs(arm.angle - one[1].angle) < 1e-9 rad") }"#,
+        metrics: { "same": (when: "abs(arm.angle - one[1].angle) < 1e-9 rad") }"#,
         want: &[("same", 1.0, 0.0)],
     },
 ];

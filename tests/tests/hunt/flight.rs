@@ -8,7 +8,7 @@ const CASES: &[Case] = &[
         bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7000 km", anomaly: "90 deg"))) },
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         step: "60 s", integrator: "verner_87", until: "2 h",
-        figures: { "x": (of: "a.position.x", at: "time >= 0 s"), "y": (of: "a.position.y", at: "time >= 0 s"), "e": (of: "Orbit.eccentricity", take: "max"), "i": (of: "Orbit.inclination", take: "max_abs"), "height": (of: "Orbit.height", take: "range"),
+        metrics: { "x": (of: "a.position.x", at: "time >= 0 s"), "y": (of: "a.position.y", at: "time >= 0 s"), "e": (of: "Orbit.eccentricity", take: "max"), "i": (of: "Orbit.inclination", take: "max_abs"), "height": (of: "Orbit.height", take: "range"),
             "back": (of: "a.position.y", at: "time >= 5828.5166 s"), "node": (when: "abs(Orbit.ascending_node) < 7 rad") }"#,
         want: &[
             ("x", 0.0, 1e-6),
@@ -26,7 +26,7 @@ const CASES: &[Case] = &[
         bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "8000 km", eccentricity: 0.1, inclination: "180 deg"))) },
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         step: "60 s", integrator: "verner_87", until: "1 h",
-        figures: { "x": (of: "a.position.x", at: "time >= 0 s"), "v": (of: "a.velocity.y", at: "time >= 0 s"), "i": (of: "Orbit.inclination", unit: "deg"), "e": (of: "Orbit.eccentricity"), "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre", unit: "km") }"#,
+        metrics: { "x": (of: "a.position.x", at: "time >= 0 s"), "v": (of: "a.velocity.y", at: "time >= 0 s"), "i": (of: "Orbit.inclination", unit: "deg"), "e": (of: "Orbit.eccentricity"), "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre", unit: "km") }"#,
         // v = sqrt(mu (1 + e) / (a (1 - e))).
         want: &[
             ("x", 7.2e6, 1e-6),
@@ -43,7 +43,7 @@ const CASES: &[Case] = &[
         bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "26560 km", eccentricity: 0.02, inclination: "55 deg", ascending_node: "120 deg", pericentre: 0, anomaly: "240 deg"))) },
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         step: "600 s", integrator: "verner_87", until: "30 h",
-        figures: { "e": (of: "Orbit.eccentricity"), "i": (of: "Orbit.inclination", unit: "deg"), "node": (of: "Orbit.ascending_node", unit: "deg") }"#,
+        metrics: { "e": (of: "Orbit.eccentricity"), "i": (of: "Orbit.inclination", unit: "deg"), "node": (of: "Orbit.ascending_node", unit: "deg") }"#,
         want: &[("e", 0.02, 1e-9), ("i", 55.0, 1e-8), ("node", 120.0, 1e-8)],
     },
     Case {
@@ -52,7 +52,7 @@ const CASES: &[Case] = &[
         bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "-20000 km", eccentricity: 1.5))) },
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         step: "1 h", integrator: "verner_87", until: "1000 h",
-        figures: { "energy": (of: "Orbit.energy"), "e": (of: "Orbit.eccentricity"), "speed": (of: "Orbit.speed"), "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre") }"#,
+        metrics: { "energy": (of: "Orbit.energy"), "e": (of: "Orbit.eccentricity"), "speed": (of: "Orbit.speed"), "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre") }"#,
         // v^2 = mu (2/r + 1/20000 km).
         want: &[
             ("energy", 9_965_011.0, 1.0),
@@ -70,7 +70,7 @@ const CASES: &[Case] = &[
             "s": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (geodetic: (latitude: "-90 deg", longitude: "20 deg", height: -100))) },
         parts: { "N": (model: "flight.ground_motion", bind: { "body": "node:n" }), "S": (model: "flight.ground_motion", bind: { "body": "node:s" }) }, gravity: "none",
         step: "1 s", until: "1 s",
-        figures: { "n": (of: "n.position.z", at: "time >= 0 s"), "lat": (of: "N.latitude", unit: "deg", at: "time >= 0 s"), "high": (of: "N.altitude", at: "time >= 0 s"), "slat": (of: "S.latitude", unit: "deg", at: "time >= 0 s"), "low": (of: "S.altitude", at: "time >= 0 s"), "lon": (when: "abs(S.longitude) < 4 rad") }"#,
+        metrics: { "n": (of: "n.position.z", at: "time >= 0 s"), "lat": (of: "N.latitude", unit: "deg", at: "time >= 0 s"), "high": (of: "N.altitude", at: "time >= 0 s"), "slat": (of: "S.latitude", unit: "deg", at: "time >= 0 s"), "low": (of: "S.altitude", at: "time >= 0 s"), "lon": (when: "abs(S.longitude) < 4 rad") }"#,
         want: &[
             ("n", 6_356_852.314_2, 1e-3),
             ("lat", 90.0, 1e-7),
@@ -88,7 +88,7 @@ const CASES: &[Case] = &[
             "b": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (geodetic: (latitude: "-45 deg", longitude: "-170 deg", height: "36000 km"))) },
         parts: { "A": (model: "flight.ground_motion", bind: { "body": "node:a" }), "B": (model: "flight.ground_motion", bind: { "body": "node:b" }) }, gravity: "none",
         step: "1 s", until: "1 s",
-        figures: { "h": (of: "A.altitude", at: "time >= 0 s"), "lat": (of: "A.latitude", unit: "deg", at: "time >= 0 s"), "lon": (of: "A.longitude", unit: "deg", at: "time >= 0 s"), "speed": (of: "A.speed", at: "time >= 0 s"),
+        metrics: { "h": (of: "A.altitude", at: "time >= 0 s"), "lat": (of: "A.latitude", unit: "deg", at: "time >= 0 s"), "lon": (of: "A.longitude", unit: "deg", at: "time >= 0 s"), "speed": (of: "A.speed", at: "time >= 0 s"),
             "H": (of: "B.altitude", at: "time >= 0 s"), "Lat": (of: "B.latitude", unit: "deg", at: "time >= 0 s"), "Lon": (of: "B.longitude", unit: "deg", at: "time >= 0 s") }"#,
         want: &[
             ("h", -430.0, 1e-6),
@@ -107,7 +107,7 @@ const CASES: &[Case] = &[
             "Drag": (model: "flight.drag", params: { "coefficient": 1, "area": 0.01 }, bind: { "body": "node:a" }),
             "Canopy": (model: "flight.canopy", params: { "diameter": 4, "drag_coefficient": 0.8, "porosity": 12.5, "start": 5 }, bind: { "canopy": "node:a" }), "M": (model: "sensors.motion", bind: { "mount": "node:a" }) },
         step: "10 ms", until: "60 s",
-        figures: { "x": (of: "M.velocity.x"), "y": (of: "M.velocity.y"), "z": (of: "M.velocity.z"), "back": (of: "M.velocity.x", take: "min") }"#,
+        metrics: { "x": (of: "M.velocity.x"), "y": (of: "M.velocity.y"), "z": (of: "M.velocity.z"), "back": (of: "M.velocity.x", take: "min") }"#,
         // sqrt(2 m g / (rho (C_D S)) with C_D S = 0.8 pi 4 + 0.01.
         want: &[("x", 5.0, 1e-3), ("y", -3.0, 1e-3), ("z", -4.031, 0.01), ("back", 0.0, 1e-9)],
     },
@@ -120,7 +120,7 @@ const CASES: &[Case] = &[
             "F": (model: "flight.body_load", params: { "rows": [(time: 0, force: [0, 0, 20])] }, bind: { "body": "node:a/p" }),
             "D": (model: "flight.drag", params: { "coefficient": 1, "area": 2 }, bind: { "body": "node:b/p" }) },
         gravity: "none", step: "1 ms", until: "0.1 s",
-        figures: { "a": (of: "a.angular.y"), "b": (of: "b.angular.y"), "drag": (of: "D.drag") }"#,
+        metrics: { "a": (of: "a.angular.y"), "b": (of: "b.angular.y"), "drag": (of: "D.drag") }"#,
         // r x F: -0.5 x 20 / 10 and -0.5 x 10 kN / 1e6, for 0.1 s.
         want: &[("a", -0.1, 1e-4), ("b", -5e-4, 1e-7), ("drag", 10_000.0, 30.0)],
     },
@@ -135,7 +135,7 @@ const CASES: &[Case] = &[
             "Engine": (model: "flight.vector_thrust", params: { "specific_impulse": "318 s" }, bind: { "body": "node:a" }), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         wires: ["Tank.propellant -> Mass.u", "Mass.y -> Plan.mass", "Plan.force -> Engine.command"], connect: [("Engine.propellant", "Tank.outlet")],
         step: "1 s", integrator: "dormand_prince_54", until: "6000 s",
-        figures: { "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre", unit: "km"), "done": (of: "Plan.done") }"#,
+        metrics: { "low": (of: "Orbit.pericentre", unit: "km"), "high": (of: "Orbit.apocentre", unit: "km"), "done": (of: "Plan.done") }"#,
         // Each burn takes 140 s, 8 degrees of the orbit.
         want: &[("low", 800.0, 1.0), ("high", 800.0, 1.0), ("done", 2.0, 0.0)],
     },
@@ -150,7 +150,7 @@ const CASES: &[Case] = &[
             "Engine": (model: "flight.vector_thrust", params: { "specific_impulse": "300 s" }, bind: { "body": "node:a" }) },
         wires: ["Tank.propellant -> Mass.u", "Mass.y -> Plan.mass", "Plan.force -> Engine.command"], connect: [("Engine.propellant", "Tank.outlet")],
         step: "10 ms", integrator: "rk4", until: "120 s",
-        figures: { "left": (of: "Tank.propellant") }"#,
+        metrics: { "left": (of: "Tank.propellant") }"#,
         // 1000 kg e^(-1500/(300 x 9.80665)) - 500 kg.
         want: &[("left", 100.581, 0.02)],
     },
@@ -167,7 +167,7 @@ const CASES: &[Case] = &[
             "OA": (model: "flight.orbit", bind: { "body": "node:a" }), "OB": (model: "flight.orbit", bind: { "body": "node:b" }) },
         wires: ["M.y -> A.mass", "M.y -> B.mass", "A.force -> EA.command", "B.force -> EB.command"], connect: [("EA.propellant", "EB.propellant", "Feed.outlet")],
         step: "1 ms", integrator: "rk4", until: "1 s",
-        figures: { "ahead": (of: "OA.energy"), "out": (of: "OB.energy") }"#,
+        metrics: { "ahead": (of: "OA.energy"), "out": (of: "OB.energy") }"#,
         // ((v_r + dv_r)^2 + (v_t + dv_t)^2)/2 - mu/r with r = p, v_r = 0.6 sqrt(mu/p), v_t = sqrt(mu/p).
         want: &[("ahead", -4_957_549.936, 10.0), ("out", -6_587_132.939, 10.0)],
     },
@@ -178,7 +178,7 @@ const CASES: &[Case] = &[
         parts: { "Line": (model: "flight.line", params: { "length": 1, "stiffness": 100, "damping": 200 }, bind: { "a": "node:post", "b": "node:load" }),
             "Pull": (model: "flight.body_load", params: { "rows": [(time: 0, force: [50, 0, 0]), (time: 2, force: [-50, 0, 0]), (time: 2.05, force: [50, 0, 0])] }, bind: { "body": "node:load" }) },
         step: "1 ms", integrator: "rk4", until: "30 s",
-        figures: { "least": (of: "Line.tension", take: "min"), "last": (of: "Line.tension"), "long": (of: "Line.extension") }"#,
+        metrics: { "least": (of: "Line.tension", take: "min"), "last": (of: "Line.tension"), "long": (of: "Line.extension") }"#,
         want: &[("least", 0.0, 0.0), ("last", 50.0, 0.01), ("long", 0.5, 1e-4)],
     },
     Case {
@@ -188,7 +188,7 @@ const CASES: &[Case] = &[
             "deputy": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (position: [7000010, 0, 5], velocity: [0, 7546.042510031413, 0])) },
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Seen": (model: "flight.station_keeping", params: { "mass": 1, "force_max": 0 }, bind: { "chief": "node:chief", "deputy": "node:deputy" }) },
         step: "10 s", integrator: "verner_87", until: "5830 s",
-        figures: { "vy": (of: "Seen.velocity.y", at: "time >= 0 s"), "x": (of: "Seen.position.x", at: "time >= 1457.129 s"), "y": (of: "Seen.position.y", at: "time >= 1457.129 s"), "z": (of: "Seen.position.z", at: "time >= 1457.129 s"), "far": (of: "Seen.position.y", take: "max_abs") }"#,
+        metrics: { "vy": (of: "Seen.velocity.y", at: "time >= 0 s"), "x": (of: "Seen.position.x", at: "time >= 1457.129 s"), "y": (of: "Seen.position.y", at: "time >= 1457.129 s"), "z": (of: "Seen.position.z", at: "time >= 1457.129 s"), "far": (of: "Seen.position.y", take: "max_abs") }"#,
         // n = sqrt(mu/r^3) = 1.0780076e-3 rad/s: v_y = -2 n x, and after a quarter of the orbit (0, -2 x, 0).
         want: &[
             ("vy", -0.021_560_15, 1e-7),
@@ -204,7 +204,7 @@ const CASES: &[Case] = &[
         bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (position: ["6378.137 km", 0, 0], velocity: [3000, 0, 0])) },
         parts: { "Gravity": (model: "environment.point_mass_gravity") },
         step: "1 s", integrator: "dormand_prince_54", until: "500 s",
-        figures: { "top": (of: "a.position.x", take: "max", unit: "km") }"#,
+        metrics: { "top": (of: "a.position.x", take: "max", unit: "km") }"#,
         want: &[("top", 6_873.0, 1.0)],
     },
     Case {
@@ -220,7 +220,7 @@ const CASES: &[Case] = &[
             "E": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:e" }), "F": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:f" }),
             "G": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:g" }), "H": (model: "flight.drag", params: { "coefficient": 1, "area": 1 }, bind: { "body": "node:h" }) },
         gravity: "none", step: "1 s", until: "1 s",
-        figures: { "a": (of: "A.density"), "b": (of: "B.density"), "c": (of: "C.density"), "d": (of: "D.density"), "e": (of: "E.density"), "f": (of: "F.density"), "g": (of: "G.density"), "h": (of: "H.density") }"#,
+        metrics: { "a": (of: "A.density"), "b": (of: "B.density"), "c": (of: "C.density"), "d": (of: "D.density"), "e": (of: "E.density"), "f": (of: "F.density"), "g": (of: "G.density"), "h": (of: "H.density") }"#,
         want: &[
             ("a", 1.4782, 1e-4),
             ("b", 1.225, 1e-6),
@@ -241,7 +241,7 @@ const CASES: &[Case] = &[
             "A": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:front" }), "B": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:behind" }),
             "C": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:above" }), "D": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:edge" }) },
         gravity: "none", step: "1 s", until: "1 s",
-        figures: { "a": (of: "A.visible"), "b": (of: "B.visible"), "c": (of: "C.visible"), "d": (of: "D.visible"), "p": (of: "A.pressure") }"#,
+        metrics: { "a": (of: "A.visible"), "b": (of: "B.visible"), "c": (of: "C.visible"), "d": (of: "D.visible"), "p": (of: "A.pressure") }"#,
         want: &[
             ("a", 1.0, 0.0),
             ("b", 0.0, 0.0),
@@ -256,7 +256,7 @@ const CASES: &[Case] = &[
         bodies: { "a": (parent: "world", hinge: Free, mass: 1000, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7000 km"))) },
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "Sun": (model: "environment.fixed_sun", params: { "direction": [1, 0, 0], "distance_au": 1 }), "P": (model: "flight.radiation_pressure", params: { "area": 1 }, bind: { "body": "node:a" }) },
         step: "1 s", integrator: "dormand_prince_54", accuracy: (step_max: "1 s"), until: "5828.516 s",
-        figures: { "lit": (of: "P.visible", take: "mean") }"#,
+        metrics: { "lit": (of: "P.visible", take: "mean") }"#,
         // 1 - asin(R / a) / pi.
         want: &[("lit", 0.635_186, 2e-4)],
     },
@@ -266,7 +266,7 @@ const CASES: &[Case] = &[
         bodies: { "a": (parent: "world", hinge: Free, mass: 1, inertia: [1, 1, 1], initial: (elements: (semi_major_axis: "7178.137 km", inclination: "98.6 deg", ascending_node: "10 deg"))) },
         parts: { "Gravity": (model: "environment.zonal_gravity", params: { "j2": 1.08262668e-3 }), "Orbit": (model: "flight.orbit", bind: { "body": "node:a" }) },
         step: "60 s", integrator: "verner_87", until: "86400 s",
-        figures: { "node": (of: "Orbit.ascending_node", unit: "deg") }"#,
+        metrics: { "node": (of: "Orbit.ascending_node", unit: "deg") }"#,
         // -1.5 n J2 (R / a)^2 cos i: 0.985 deg a day, eastwards.
         want: &[("node", 10.985_3, 0.01)],
     },
@@ -276,7 +276,7 @@ const CASES: &[Case] = &[
         parts: { "M": (model: "flight.solid_motor", params: { "curve": [[0, 0], [0.1, 60], [1.55, 20], [2, 0]], "specific_impulse": 200, "start": 0.333 }, bind: { "nozzle": "node:a" }) },
         gravity: "none", step: "0.5 s", until: "4 s",
         // 3 + 58 + 4.5 N s over 2 kg.
-        figures: { "v": (of: "a.speed"), "burnt": (of: "M.burnt"), "thrust": (of: "M.thrust") }"#,
+        metrics: { "v": (of: "a.speed"), "burnt": (of: "M.burnt"), "thrust": (of: "M.thrust") }"#,
         want: &[
             ("v", 32.75, 1e-6),
             ("burnt", 65.5 / (200.0 * 9.806_65), 1e-9),
@@ -290,7 +290,7 @@ const CASES: &[Case] = &[
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "G": (model: "flight.gravity_gradient", bind: { "body": "node:a" }), "M": (model: "sensors.motion", bind: { "mount": "node:a" }) },
         step: "10 s", integrator: "verner_87", until: "4000 s", stop_when: "time >= 3686.2776 s",
         // Pitch: sqrt(3 (I_y - I_x) / I_z) n = 1.58114 n; half of it after 1/3.16228 of an orbit, on the other side of the vertical. A whole one after 5828.5166 s / 1.58114.
-        figures: { "rate": (of: "a.angular.z"), "torque": (of: "G.torque.z", at: "time >= 0 s") }"#,
+        metrics: { "rate": (of: "a.angular.z"), "torque": (of: "G.torque.z", at: "time >= 0 s") }"#,
         want: &[
             ("rate", 1.078_007_6e-3, 2e-7),
             ("torque", -1.5 * 1.162_100_4e-6 * 50.0 * 0.019_998_67, 1e-10),
@@ -303,7 +303,7 @@ const CASES: &[Case] = &[
         parts: { "Gravity": (model: "environment.point_mass_gravity"), "B": (model: "flight.magnetic_field", params: { "degree": 13 }, bind: { "body": "node:a" }) },
         step: 1, until: 1,
         // East, north, up by ppigrf 2.1 for 2025.0.
-        figures: { "x": (of: "B.field.x", unit: "nT", at: "time >= 0 s"), "y": (of: "B.field.y", unit: "nT", at: "time >= 0 s"), "z": (of: "B.field.z", unit: "nT", at: "time >= 0 s") }"#,
+        metrics: { "x": (of: "B.field.x", unit: "nT", at: "time >= 0 s"), "y": (of: "B.field.y", unit: "nT", at: "time >= 0 s"), "z": (of: "B.field.z", unit: "nT", at: "time >= 0 s") }"#,
         want: &[("x", -1_926.548_58, 1e-3), ("y", 27_456.621_76, 1e-3), ("z", 15_997.352_90, 1e-3)],
     },
 ];

@@ -9,9 +9,9 @@ mod rover;
 mod runtime;
 mod sensors;
 
-use crate::common::figures_of;
+use crate::common::metrics_of;
 
-/// One report: the inside of a `Simulation(..)`, and of its figures (name, right value, tolerance).
+/// One report: the inside of a `Simulation(..)`, and of its metrics (name, right value, tolerance).
 struct Case {
     report: &'static str,
     text: &'static str,
@@ -42,20 +42,20 @@ fn whole(text: &str) -> String {
     format!("Simulation(\n{inside},\n)\n")
 }
 
-/// All figures of all cases; what is wrong, in one message.
+/// All metrics of all cases; what is wrong, in one message.
 fn hold(cases: &[Case]) {
     let mut wrong = Vec::new();
     for case in cases {
-        let figures = match figures_of(&whole(case.text)) {
-            Ok(figures) => figures,
+        let metrics = match metrics_of(&whole(case.text)) {
+            Ok(metrics) => metrics,
             Err(e) => {
                 wrong.push(format!("{}: {e}", case.report));
                 continue;
             }
         };
-        assert_eq!(figures.len(), case.want.len(), "{}: a figure is not looked at", case.report);
+        assert_eq!(metrics.len(), case.want.len(), "{}: a metric is not looked at", case.report);
         for (name, want, within) in case.want {
-            match figures.get(*name) {
+            match metrics.get(*name) {
                 Some(y) if (y - want).abs() <= *within => {}
                 y => wrong
                     .push(format!("{}: {name} is {y:?}, not {want} within {within}", case.report)),
@@ -68,8 +68,8 @@ fn hold(cases: &[Case]) {
 /// All of them are refused, with their messages.
 fn refuse(cases: &[Refused]) {
     for case in cases {
-        match figures_of(&whole(case.text)) {
-            Ok(figures) => panic!("{}: accepted: {figures:?}", case.report),
+        match metrics_of(&whole(case.text)) {
+            Ok(metrics) => panic!("{}: accepted: {metrics:?}", case.report),
             Err(e) => assert!(e.contains(case.says), "{}: {e}", case.report),
         }
     }

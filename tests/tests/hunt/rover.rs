@@ -10,7 +10,7 @@ const CASES: &[Case] = &[
             "Wheel": (model: "mobility.wheel_rigid", params: { "radius": 0.2, "width": 0.15, "stiffness": 4e5 }, array: [(bind: { "hub": "node:car/a" }), (bind: { "hub": "node:car/b" }), (bind: { "hub": "node:car/c" }), (bind: { "hub": "node:car/d" })]),
             "M": (model: "sensors.motion", bind: { "mount": "node:car" }) },
         step: "1 ms", until: "30 s",
-        figures: { "speed": (of: "M.velocity.x", at: "time >= 20 s"), "across": (of: "M.velocity.y", at: "time >= 20 s"), "end": (of: "M.velocity.x") }"#,
+        metrics: { "speed": (of: "M.velocity.x", at: "time >= 20 s"), "across": (of: "M.velocity.y", at: "time >= 20 s"), "end": (of: "M.velocity.x") }"#,
         // mu = 0.7 against tan 20 deg = 0.364.
         want: &[("speed", 0.0, 1e-9), ("across", 0.0, 1e-9), ("end", 0.0, 1e-9)],
     },
@@ -22,7 +22,7 @@ const CASES: &[Case] = &[
             "O": (model: "control.odometry", rate: "100 Hz", params: { "radius": 0.1, "wheels": WHEELS }) },
         wires: ["V.y -> A.speed", "W.y -> A.turn_rate", "A.wheels[*].drive.rate -> O.wheels[*].rate", "A.wheels[*].steer -> O.wheels[*].steer"],
         step: "10 ms", until: "20 s",
-        figures: { "left": (of: "A.wheels[0].steer", unit: "deg"), "right": (of: "A.wheels[1].steer", unit: "deg"), "rate": (of: "A.wheels[2].drive.rate"), "speed": (of: "O.speed"), "turn": (of: "O.turn_rate") }"#,
+        metrics: { "left": (of: "A.wheels[0].steer", unit: "deg"), "right": (of: "A.wheels[1].steer", unit: "deg"), "rate": (of: "A.wheels[2].drive.rate"), "speed": (of: "O.speed"), "turn": (of: "O.turn_rate") }"#,
         want: &[
             ("left", 30.465_545, 1e-5),
             ("right", 23.498_565, 1e-5),
@@ -39,7 +39,7 @@ const CASES: &[Case] = &[
             "O": (model: "control.odometry", rate: "100 Hz", params: { "radius": 0.1, "wheels": WHEELS }) },
         wires: ["V.y -> A.speed", "W.y -> A.turn_rate", "A.wheels[*].drive.rate -> O.wheels[*].rate", "A.wheels[*].steer -> O.wheels[*].steer"],
         step: "10 ms", until: "20 s",
-        figures: { "left": (of: "A.wheels[0].steer", unit: "deg"), "right": (of: "A.wheels[1].steer", unit: "deg"), "speed": (of: "O.speed"), "turn": (of: "O.turn_rate") }"#,
+        metrics: { "left": (of: "A.wheels[0].steer", unit: "deg"), "right": (of: "A.wheels[1].steer", unit: "deg"), "speed": (of: "O.speed"), "turn": (of: "O.turn_rate") }"#,
         want: &[
             ("left", -23.498_565, 1e-5),
             ("right", -30.465_545, 1e-5),
@@ -55,7 +55,7 @@ const CASES: &[Case] = &[
             "O": (model: "control.odometry", rate: "100 Hz", params: { "radius": 0.1, "wheels": WHEELS }) },
         wires: ["V.y -> A.speed", "W.y -> A.turn_rate", "A.wheels[*].drive.rate -> O.wheels[*].rate", "A.wheels[*].steer -> O.wheels[*].steer"],
         step: "10 ms", until: "20 s",
-        figures: { "one": (of: "O.turn_rate", at: "time >= 5 s"), "other": (of: "O.turn_rate"), "x": (of: "O.x", take: "max_abs"), "heading": (of: "O.heading") }"#,
+        metrics: { "one": (of: "O.turn_rate", at: "time >= 5 s"), "other": (of: "O.turn_rate"), "x": (of: "O.x", take: "max_abs"), "heading": (of: "O.heading") }"#,
         want: &[
             ("one", 0.5, 1e-9),
             ("other", -0.25, 1e-9),
@@ -72,7 +72,7 @@ const CASES: &[Case] = &[
         wires: ["F.speed -> A.speed", "F.turn_rate -> A.turn_rate", "A.wheels[*].drive.rate -> O.wheels[*].rate", "A.wheels[*].steer -> O.wheels[*].steer",
             "O.x -> F.x", "O.y -> F.y", "O.heading -> F.heading"],
         step: "10 ms", until: "60 s",
-        figures: { "done": (of: "F.done"), "x": (of: "O.x"), "y": (of: "O.y"), "far": (of: "O.x", take: "max"), "speed": (of: "O.speed") }"#,
+        metrics: { "done": (of: "F.done"), "x": (of: "O.x"), "y": (of: "O.y"), "far": (of: "O.x", take: "max"), "speed": (of: "O.speed") }"#,
         want: &[
             ("done", 1.0, 0.0),
             ("x", -3.0, 0.1),
@@ -90,7 +90,7 @@ const CASES: &[Case] = &[
         wires: ["F.speed -> A.speed", "F.turn_rate -> A.turn_rate", "A.wheels[*].drive.rate -> O.wheels[*].rate", "A.wheels[*].steer -> O.wheels[*].steer",
             "O.x -> F.x", "O.y -> F.y", "O.heading -> F.heading"],
         step: "10 ms", until: "60 s",
-        figures: { "done": (of: "F.done"), "far": (of: "F.distance", take: "max") }"#,
+        metrics: { "done": (of: "F.done"), "far": (of: "F.distance", take: "max") }"#,
         want: &[("done", 1.0, 0.0), ("far", 0.5, 0.7)],
     },
     Case {
@@ -106,7 +106,7 @@ const CASES: &[Case] = &[
             "rod": (parent: "world", at: (position: [0.99, 0.49, 1]), hinge: Slider([0, 0, 1]), mass: 1, inertia: Sphere(0.005), shapes: [(shape: Sphere(0.005), collide: (group: "e", meets: ["default"]))]),
         },
         parts: { EARTH }, contact: (neighbours: Collide), step: "1 ms", until: "1 s",
-        figures: { "e": (of: "e.position.z"), "w": (of: "w.position.z"), "n": (of: "n.position.z"), "s": (of: "s.position.z"), "o": (of: "o.position.z", take: "max"), "p": (when: "p.position.z < -1 m"), "q": (when: "o.position.z < -1 m"), "corner": (of: "rod.displacement") }"#,
+        metrics: { "e": (of: "e.position.z"), "w": (of: "w.position.z"), "n": (of: "n.position.z"), "s": (of: "s.position.z"), "o": (of: "o.position.z", take: "max"), "p": (when: "p.position.z < -1 m"), "q": (when: "o.position.z < -1 m"), "corner": (of: "rod.displacement") }"#,
         want: &[
             ("e", 0.05, 2e-4),
             ("w", 0.05, 2e-4),
@@ -127,7 +127,7 @@ const CASES: &[Case] = &[
             "W": (model: "mobility.wheel_rigid", params: { "radius": 0.25, "width": 0.2, "friction": 0.8 }, bind: { "hub": "node:wheel" }), "M": (model: "sensors.motion", bind: { "mount": "node:wheel" }) },
         step: "1 ms", until: "2 s",
         // a = 2/3 g sin 10 along the slope.
-        figures: { "x": (of: "M.velocity.x"), "y": (of: "M.velocity.y", take: "max_abs"), "slip": (of: "W.slip") }"#,
+        metrics: { "x": (of: "M.velocity.x"), "y": (of: "M.velocity.y", take: "max_abs"), "slip": (of: "W.slip") }"#,
         want: &[("x", -2.2368, 0.02), ("y", 0.0, 1e-6), ("slip", 0.0, 0.01)],
     },
     Case {
@@ -141,7 +141,7 @@ const CASES: &[Case] = &[
             "T": (model: "basics.hinge_trajectory", params: { "profile": [[0, 0.8], [1, 0.8], [1.1, 0.2], [2, 0.2], [2.1, 0], [3, 0]], "gives": rate, "between": straight }, bind: { "hinge": "hinge:wheel" }),
             "W": (model: "mobility.wheel_rigid", params: { "radius": 0.25, "width": 0.2, "friction": 0.8 }, bind: { "hub": "node:wheel" }) },
         step: "1 ms", until: "3 s",
-        figures: { "driven": (of: "W.slip", at: "time >= 0.9 s"), "braked": (of: "W.slip", at: "time >= 1.9 s"), "locked": (of: "W.slip"), "pull": (of: "W.contact_force.x", at: "time >= 0.9 s"), "drag": (of: "W.contact_force.x") }"#,
+        metrics: { "driven": (of: "W.slip", at: "time >= 0.9 s"), "braked": (of: "W.slip", at: "time >= 1.9 s"), "locked": (of: "W.slip"), "pull": (of: "W.contact_force.x", at: "time >= 0.9 s"), "drag": (of: "W.contact_force.x") }"#,
         want: &[
             ("driven", 0.5, 1e-6),
             ("braked", -0.5, 1e-6),
@@ -156,7 +156,7 @@ const CASES: &[Case] = &[
         parts: { EARTH, "Ground": (model: "environment.flat", params: { "soil": { "kind": "dry_sand" } }),
             "W": (model: "mobility.wheel_soil", params: { "radius": 0.25, "width": 0.2 }, bind: { "hub": "node:wheel" }) },
         step: "1 ms", until: "5 s",
-        figures: { "load": (of: "W.normal_force"), "pull": (of: "W.contact_force.x"), "rest": (when: "wheel.speed < 1 um/s"), "slip": (of: "W.slip") }"#,
+        metrics: { "load": (of: "W.normal_force"), "pull": (of: "W.contact_force.x"), "rest": (when: "wheel.speed < 1 um/s"), "slip": (of: "W.slip") }"#,
         want: &[("load", 196.2, 0.02), ("pull", 0.0, 1e-6), ("slip", 0.0, 0.0), ("rest", 1.0, 0.0)],
     },
     Case {
@@ -173,7 +173,7 @@ const CASES: &[Case] = &[
             "A": (model: "mobility.wheel_soil", params: { "radius": 0.25, "width": 0.2 }, bind: { "hub": "node:wheel" }),
             "B": (model: "mobility.wheel_soil", params: { "radius": 0.25, "width": 0.2 }, bind: { "hub": "node:wheel2" }) },
         step: "1 ms", until: "5 s",
-        figures: { "mirror": (when: "abs(cart.displacement + cart2.displacement) < 1 um"), "way": (when: "cart.displacement > 1 cm") }"#,
+        metrics: { "mirror": (when: "abs(cart.displacement + cart2.displacement) < 1 um"), "way": (when: "cart.displacement > 1 cm") }"#,
         want: &[("mirror", 1.0, 0.0), ("way", 1.0, 0.0)],
     },
     Case {
@@ -185,7 +185,7 @@ const CASES: &[Case] = &[
         wires: ["V.y -> A.speed", "W.y -> A.turn_rate", "A.wheels[*].drive.rate -> O.wheels[*].rate", "A.wheels[*].steer -> O.wheels[*].steer"],
         step: "10 ms", until: "5 s",
         // The inner wheel is at 30 degrees: R = 1 / tan 30 + 0.3.
-        figures: { "inner": (of: "A.wheels[0].steer", unit: "deg"), "speed": (of: "O.speed"), "turn": (of: "O.turn_rate") }"#,
+        metrics: { "inner": (of: "A.wheels[0].steer", unit: "deg"), "speed": (of: "O.speed"), "turn": (of: "O.turn_rate") }"#,
         want: &[("inner", 30.0, 1e-6), ("speed", 1.0, 1e-9), ("turn", 0.492_113_7, 1e-6)],
     },
     Case {
@@ -197,7 +197,7 @@ const CASES: &[Case] = &[
             "flat": (parent: "world", at: (position: [10.4, 4.1, 4]), hinge: Slider([0, 0, 1]), mass: 1, inertia: Sphere(0.005), shapes: [(shape: Sphere(0.005), collide: (group: "e", meets: ["default"]))]),
         },
         parts: { EARTH }, contact: (neighbours: Collide), step: "1 ms", until: "1.5 s",
-        figures: { "corner": (of: "corner.displacement"), "flat": (of: "flat.displacement") }"#,
+        metrics: { "corner": (of: "corner.displacement"), "flat": (of: "flat.displacement") }"#,
         want: &[("corner", -1.755, 0.012), ("flat", -1.995, 3e-4)],
     },
     Case {
@@ -211,7 +211,7 @@ const CASES: &[Case] = &[
             "W": (model: "mobility.wheel_rigid", params: { "radius": 0.25, "width": 0.2, "friction": 0.5 }, bind: { "hub": "node:wheel" }) },
         wires: ["Rate.y -> Servo.rate"], connect: [("Servo.supply", "Supply.terminal")], step: "1 ms", until: "3 s",
         // mu m g = 122.625 N, 0.25 m less the penetration.
-        figures: { "force": (of: "W.contact_force.x"), "torque": (of: "Servo.torque"), "load": (of: "W.normal_force") }"#,
+        metrics: { "force": (of: "W.contact_force.x"), "torque": (of: "Servo.torque"), "load": (of: "W.normal_force") }"#,
         want: &[("force", 122.625, 0.3), ("torque", 30.62, 0.2), ("load", 245.25, 0.01)],
     },
     Case {
@@ -222,7 +222,7 @@ const CASES: &[Case] = &[
         },
         parts: { EARTH }, contact: (neighbours: Collide), step: "1 ms", until: "2 s",
         // z = 0.5 + x / 2 and r / cos of the slope.
-        figures: { "z": (of: "ball.displacement") }"#,
+        metrics: { "z": (of: "ball.displacement") }"#,
         want: &[("z", 0.625 + 0.111_803_4 - 4.0, 3e-4)],
     },
     Case {
@@ -237,7 +237,7 @@ const CASES: &[Case] = &[
             "W": (model: "mobility.wheel_rigid", params: { "radius": 0.25, "width": 0.2, "friction": 0.8 }, bind: { "hub": "node:wheel" }), "Pull": (model: "basics.differentiator", rate: "100 Hz") },
         wires: ["Torque.y -> Drive.torque", "W.contact_force.x -> Pull.u"], connect: [("Drive.supply", "Supply.terminal")], step: "1 ms", until: "4 s",
         // a = T / r / (m + I / r^2) with m = 26 kg; the wheel carries 6 kg.
-        figures: { "speed": (of: "cart.speed"), "force": (of: "W.contact_force.x"), "jump": (of: "Pull.y", take: "max_abs") }"#,
+        metrics: { "speed": (of: "cart.speed"), "force": (of: "W.contact_force.x"), "jump": (of: "Pull.y", take: "max_abs") }"#,
         want: &[
             ("speed", 0.5 * 4.5 / 0.25 / 30.8, 0.004),
             ("force", 1.5 / 0.25 * 26.0 / 30.8, 0.03),

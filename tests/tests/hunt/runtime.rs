@@ -7,21 +7,21 @@ const CASES: &[Case] = &[
         report: "FMPy #887, FMIKit-Simulink #133, #154, fmi-standard #575: 60 Hz for 1000 s, without a step too many or too few",
         text: r#"parts: { "C": (model: "basics.statistics", rate: "60 Hz"), "T": (model: "basics.ramp", params: { "slope": 1 }), "I": (model: "basics.integrator") },
         wires: ["T.y -> C.u", "T.y -> I.u"], step: "60 Hz", until: "1000 s",
-        figures: { "n": (of: "C.count"), "last": (of: "T.y"), "integral": (of: "I.y") }"#,
+        metrics: { "n": (of: "C.count"), "last": (of: "T.y"), "integral": (of: "I.y") }"#,
         want: &[("n", 60_000.0, 0.0), ("last", 1000.0, 0.0), ("integral", 500_000.0, 1e-6)],
     },
     Case {
         report: "FMIKit-Simulink #133: time is added up by floating-point steps of 0.04 s",
         text: r#"parts: { "C": (model: "basics.statistics", rate: "25 Hz"), "T": (model: "basics.ramp", params: { "slope": 1 }) },
         wires: ["T.y -> C.u"], step: "40 ms", until: "256 s",
-        figures: { "n": (of: "C.count"), "max": (of: "C.max"), "at": (of: "T.y", at: "time >= 255.96 s") }"#,
+        metrics: { "n": (of: "C.count"), "max": (of: "C.max"), "at": (of: "T.y", at: "time >= 255.96 s") }"#,
         want: &[("n", 6400.0, 0.0), ("max", 255.96, 1e-12), ("at", 255.96, 1e-9)],
     },
     Case {
         report: "Reference-FMUs #612: a stop within a step, without a step beyond it",
         text: r#"parts: { "T": (model: "basics.ramp", params: { "slope": 1 }), "I": (model: "basics.integrator") },
         wires: ["T.y -> I.u"], step: "10 ms", until: "2 s", stop_when: "time >= 1.005 s",
-        figures: { "last": (of: "T.y"), "integral": (of: "I.y") }"#,
+        metrics: { "last": (of: "T.y"), "integral": (of: "I.y") }"#,
         want: &[("last", 1.005, 1e-9), ("integral", 0.505_012_5, 1e-9)],
     },
     Case {
@@ -30,7 +30,7 @@ const CASES: &[Case] = &[
             "T": (model: "basics.ramp"), "F": (model: "basics.hold", rate: "1 kHz"), "S": (model: "basics.statistics", rate: "1 kHz"),
             "O": (model: "basics.statistics", rate: "7 Hz") },
         wires: ["T.y -> F.u", "F.y -> S.u", "T.y -> O.u"], step: "10 ms", until: "1 s",
-        figures: { "n": (of: "S.count"), "mean": (of: "S.mean"), "odd": (of: "O.count"), "odd mean": (of: "O.mean") }"#,
+        metrics: { "n": (of: "S.count"), "mean": (of: "S.mean"), "odd": (of: "O.count"), "odd mean": (of: "O.mean") }"#,
         // 0, 1, .. 999 ms; 0, 1/7, .. 6/7 s.
         want: &[
             ("n", 1000.0, 0.0),
@@ -46,13 +46,13 @@ const CASES: &[Case] = &[
             "A": (model: "sensors.attitude", rate: "100 Hz", params: { "rate_sigma": 1 }, bind: { "mount": "node:up" }), "B": (model: "sensors.attitude", rate: "100 Hz", params: { "rate_sigma": 1 }, bind: { "mount": "node:up" }),
             "P": (model: "basics.product") },
         wires: ["A.angular.x -> P.a", "B.angular.x -> P.b"], step: "10 ms", until: "100 s",
-        figures: { "correlation": (of: "P.y", take: "mean"), "a": (of: "A.angular.x", take: "std") }"#,
+        metrics: { "correlation": (of: "P.y", take: "mean"), "a": (of: "A.angular.x", take: "std") }"#,
         want: &[("correlation", 0.0, 0.03), ("a", 1.0, 0.03)],
     },
     Case {
         report: "RON numbers with underscores: in a condition as everywhere else",
         text: r#"parts: { "T": (model: "basics.ramp", params: { "slope": 1_0 }) }, step: "0.1 s", until: "1 s",
-        figures: { "at": (of: "T.y", at: "time >= 0.500_0 s") }"#,
+        metrics: { "at": (of: "T.y", at: "time >= 0.500_0 s") }"#,
         want: &[("at", 5.0, 1e-9)],
     },
 ];
@@ -103,13 +103,13 @@ fn a_mass_on_a_slider_that_falls_through_the_floor_is_a_warning() {
                     "near": (parent: "world", at: (position: [9, 0, 1]), hinge: Pin([0, 1, 0]), mass: 1, inertia: Sphere(0.1), shapes: [(shape: Sphere(0.1), collide: true)]),
                 }},
                 parts: {{ "Gravity": (model: "environment.uniform_gravity", params: {{ "acceleration": [0, 0, -9.81] }}) }},
-                contact: ({contact}), until: "1 s", figures: {{ "z": (of: "mass.displacement") }},
+                contact: ({contact}), until: "1 s", metrics: {{ "z": (of: "mass.displacement") }},
             )"#
         );
         let catalogue = crate::common::catalogue();
         let loaded = load_text("scene.ron", &text, &Options::new(&catalogue)).unwrap();
         let told: Vec<String> = loaded.warnings().iter().map(|w| w.message.clone()).collect();
-        (told, crate::common::figures_of(&text).unwrap()["z"])
+        (told, crate::common::metrics_of(&text).unwrap()["z"])
     };
     let (told, z) = scene("");
     assert!(

@@ -13,7 +13,7 @@ const CASES: &[Case] = &[
             "B": (model: "sensors.imu", rate: "100 Hz", params: { "grade": ideal }, bind: { "mount": "node:down" }),
             "C": (model: "sensors.imu", rate: "100 Hz", params: { "grade": ideal }, bind: { "mount": "node:falls" }) },
         step: "10 ms", until: "1 s",
-        figures: { "up": (of: "A.force.z", take: "min"), "down": (of: "B.force.z", take: "max"), "x": (of: "C.force.x", take: "max_abs"), "z": (of: "C.force.z", take: "max_abs") }"#,
+        metrics: { "up": (of: "A.force.z", take: "min"), "down": (of: "B.force.z", take: "max"), "x": (of: "C.force.x", take: "max_abs"), "z": (of: "C.force.z", take: "max_abs") }"#,
         want: &[("up", 9.81, 1e-12), ("down", -9.81, 1e-12), ("x", 0.0, 1e-12), ("z", 0.0, 1e-12)],
     },
     Case {
@@ -24,7 +24,7 @@ const CASES: &[Case] = &[
         parts: { "A": (model: "sensors.imu", rate: "100 Hz", params: { "grade": ideal }, bind: { "mount": "node:arm/end" }), "Gravity": (model: "environment.uniform_gravity", params: { "acceleration": [0, 0, 0] }) },
         step: "10 ms", until: "1 s",
         // Inwards: -x of the arm is +y of the node.
-        figures: { "x": (of: "A.force.x", take: "max_abs"), "y": (of: "A.force.y", take: "min"), "rate": (of: "A.rate.z", take: "min") }"#,
+        metrics: { "x": (of: "A.force.x", take: "max_abs"), "y": (of: "A.force.y", take: "min"), "rate": (of: "A.rate.z", take: "min") }"#,
         want: &[("x", 0.0, 1e-9), ("y", 4.5, 1e-9), ("rate", 3.0, 1e-9)],
     },
     Case {
@@ -35,7 +35,7 @@ const CASES: &[Case] = &[
             "Load": (model: "power.load", params: { "power_on": 24, "volts_rated": 12, "volts_min": 5 }), "Zero": (model: "basics.constant", params: { "value": 0 }), "One": (model: "basics.constant", params: { "value": 1 }), "On": (model: "basics.comparator") },
         wires: ["One.y -> On.a", "Zero.y -> On.b", "On.y -> Load.on", "Sun.y -> Panel.power"], connect: [("Load.supply", "Battery.terminal"), ("Panel.output", "Battery.charger")],
         step: "3600 s", integrator: "dormand_prince_54", until: "3600 s",
-        figures: { "flat": (of: "Battery.empty", take: "mean"), "end": (of: "Battery.charge"), "when": (of: "Battery.charge", take: "time_of_min") }"#,
+        metrics: { "flat": (of: "Battery.empty", take: "mean"), "end": (of: "Battery.charge"), "when": (of: "Battery.charge", take: "time_of_min") }"#,
         // 0.5 Ah at 2 A: flat at 900 s. 4 A from 1200 s on give 5 % in 45 s, then the load draws 2 A of it until 2400 s, and all after that.
         want: &[("flat", 345.0 / 3600.0, 1e-4), ("end", 0.025, 1e-4), ("when", 900.0, 1.0)],
     },
@@ -46,7 +46,7 @@ const CASES: &[Case] = &[
             "Load": (model: "power.load", params: { "power_on": 24, "volts_rated": 12, "volts_min": 5 }), "Zero": (model: "basics.constant", params: { "value": 0 }), "One": (model: "basics.constant", params: { "value": 1 }), "On": (model: "basics.comparator") },
         wires: ["One.y -> On.a", "Zero.y -> On.b", "On.y -> Load.on"], connect: [("Load.supply", "Battery.terminal")],
         step: "1 s", integrator: "dormand_prince_54", until: "2000 s",
-        figures: { "start": (of: "Battery.charge", take: "max"), "empty": (of: "Battery.charge", take: "time_of_min"), "half": (of: "Battery.charge", at: "time >= 900 s"), "least": (of: "Battery.charge", take: "min") }"#,
+        metrics: { "start": (of: "Battery.charge", take: "max"), "empty": (of: "Battery.charge", take: "time_of_min"), "half": (of: "Battery.charge", at: "time >= 900 s"), "least": (of: "Battery.charge", take: "min") }"#,
         // 1 Ah at 2 A: 1800 s.
         want: &[
             ("start", 0.5, 1e-12),
@@ -62,7 +62,7 @@ const CASES: &[Case] = &[
             "Wave": (model: "basics.sine", params: { "amplitude": 60, "frequency": "0.05 Hz", "offset": 40 }), "Source": (model: "power.source") },
         wires: ["Wave.y -> Source.power"], connect: [("Source.output", "Battery.charger")],
         step: "0.1 s", until: "600 s",
-        figures: { "high": (of: "Battery.charge", take: "max"), "low": (of: "Battery.charge", take: "min"), "current": (of: "Battery.current", take: "min") }"#,
+        metrics: { "high": (of: "Battery.charge", take: "max"), "low": (of: "Battery.charge", take: "min"), "current": (of: "Battery.current", take: "min") }"#,
         want: &[("high", 1.0, 1e-6), ("low", 0.9, 0.01), ("current", -8.0, 0.5)],
     },
     Case {
@@ -74,7 +74,7 @@ const CASES: &[Case] = &[
         wires: ["V.y -> Motor.volts"], connect: [("Motor.supply", "Supply.terminal")], gravity: "none",
         step: "1 ms", until: "5 s",
         // w = k u / (k^2 + R d), i = d w / k, heat R i^2.
-        figures: { "rate": (of: "rotor.rate"), "current": (of: "Motor.current"), "power": (of: "Motor.power"), "heat": (of: "Motor.case.heat") }"#,
+        metrics: { "rate": (of: "rotor.rate"), "current": (of: "Motor.current"), "power": (of: "Motor.power"), "heat": (of: "Motor.case.heat") }"#,
         want: &[
             ("rate", 222.222_222, 1e-5),
             ("current", 0.444_444_4, 1e-7),
@@ -91,7 +91,7 @@ const CASES: &[Case] = &[
             "Panel": (model: "power.solar_panel", params: { "area": 2, "efficiency": 0.25 }, bind: { "panel": "node:panel" }),
             "Meter": (model: "basics.energy_meter") },
         wires: ["Panel.power -> Meter.power"], step: "10 ms", until: "4 s",
-        figures: { "low": (of: "Panel.power", take: "min"), "high": (of: "Panel.power", take: "max") }"#,
+        metrics: { "low": (of: "Panel.power", take: "min"), "high": (of: "Panel.power", take: "max") }"#,
         want: &[("low", 0.0, 0.0), ("high", 680.5, 0.01)],
     },
     Case {
@@ -101,7 +101,7 @@ const CASES: &[Case] = &[
             "A": (model: "sensors.imu", rate: "100 Hz", params: { "grade": ideal, "gyro_white": 0.001, "accel_white": 0.002 }, bind: { "mount": "node:up" }),
             "B": (model: "sensors.imu", rate: "1 kHz", params: { "grade": ideal, "gyro_white": 0.001, "accel_white": 0.002 }, bind: { "mount": "node:up" }) },
         step: "1 ms", until: "100 s",
-        figures: { "a": (of: "A.rate.x", take: "std"), "b": (of: "B.rate.x", take: "std"), "c": (of: "A.force.x", take: "std"), "mean": (of: "A.force.z", take: "mean") }"#,
+        metrics: { "a": (of: "A.rate.x", take: "std"), "b": (of: "B.rate.x", take: "std"), "c": (of: "A.force.x", take: "std"), "mean": (of: "A.force.z", take: "mean") }"#,
         // N sqrt(rate).
         want: &[("a", 0.01, 3e-4), ("b", 0.031_623, 4e-4), ("c", 0.02, 6e-4), ("mean", 9.81, 1e-3)],
     },
@@ -110,7 +110,7 @@ const CASES: &[Case] = &[
         text: r#"bodies: { "arm": (parent: "world", hinge: Pin([0, 0, 1]), mass: 1, inertia: [1, 1, 1], initial: (rate: 1)) },
         parts: { "E": (model: "sensors.encoder", rate: "30 Hz", params: { "ticks": 1e9 }, bind: { "shaft": "hinge:arm" }), "S": (model: "basics.statistics", rate: "30 Hz") },
         wires: ["E.angle -> S.u"], gravity: "none", step: "300 Hz", until: "10 s",
-        figures: { "count": (of: "S.count"), "angle": (of: "E.angle"), "rate": (of: "E.rate", take: "mean") }"#,
+        metrics: { "count": (of: "S.count"), "angle": (of: "E.angle"), "rate": (of: "E.rate", take: "mean") }"#,
         want: &[("count", 300.0, 0.0), ("angle", 10.0, 0.04), ("rate", 1.0, 0.01)],
     },
     Case {
@@ -120,7 +120,7 @@ const CASES: &[Case] = &[
             "b": (parent: "world", hinge: Pin([0, 0, 1]), mass: 1, inertia: [1, 1, 1], initial: (rate: -1)) },
         parts: { "A": (model: "sensors.encoder", rate: "100 Hz", params: { "ticks": 10 }, bind: { "shaft": "hinge:a" }), "B": (model: "sensors.encoder", rate: "100 Hz", params: { "ticks": 10 }, bind: { "shaft": "hinge:b" }) },
         gravity: "none", step: "10 ms", until: "6.5 s",
-        figures: { "a": (of: "A.count"), "b": (of: "B.count"), "once": (of: "A.count", at: "time >= 0.62 s"), "back": (of: "B.count", at: "time >= 0.02 s") }"#,
+        metrics: { "a": (of: "A.count"), "b": (of: "B.count"), "once": (of: "A.count", at: "time >= 0.62 s"), "back": (of: "B.count", at: "time >= 0.02 s") }"#,
         want: &[("a", 10.0, 0.0), ("b", -11.0, 0.0), ("once", 0.0, 0.0), ("back", -1.0, 0.0)],
     },
     Case {
@@ -131,14 +131,14 @@ const CASES: &[Case] = &[
             "L": (model: "power.thermal_link", params: { "conductance": 5 }) },
         connect: [("L.a", "A.port"), ("L.b", "B.port")], step: "0.1 s", until: "30 s",
         // Mean 25 degC, time constant C_a C_b / (C_a + C_b) / G = 15 s.
-        figures: { "a": (of: "A.temperature", unit: "degC"), "b": (of: "B.temperature", unit: "degC") }"#,
+        metrics: { "a": (of: "A.temperature", unit: "degC"), "b": (of: "B.temperature", unit: "degC") }"#,
         want: &[("a", 35.150_146, 1e-5), ("b", 21.616_618, 1e-5)],
     },
     Case {
         report: "textbook: a body that radiates cools with T^-3 (closed form)",
         text: r#"parts: { "A": (model: "power.thermal_node", params: { "capacity": 1000, "temperature": "26.85 degC", "area": 1, "emissivity": 0.8 }), "Space": (model: "basics.constant", params: { "value": 0 }) },
         wires: ["Space.y -> A.sky"], step: "1 s", until: "3600 s",
-        figures: { "T": (of: "A.temperature") }"#,
+        metrics: { "T": (of: "A.temperature") }"#,
         // T^-3 = T0^-3 + 3 e s A t / C.
         want: &[("T", 123.805_945, 1e-3)],
     },
@@ -148,7 +148,7 @@ const CASES: &[Case] = &[
         parts: { EARTH, "F": (model: "sensors.force_torque", rate: "100 Hz", bind: { "tool": "node:arm" }) },
         step: "10 ms", until: "0.1 s",
         // The mount pushes up, along y of its axes; the moment is x cross force.
-        figures: { "y": (of: "F.force.y"), "z": (of: "F.force.z"), "moment": (of: "F.torque.z") }"#,
+        metrics: { "y": (of: "F.force.y"), "z": (of: "F.force.z"), "moment": (of: "F.torque.z") }"#,
         want: &[("y", 19.62, 1e-9), ("z", 0.0, 1e-9), ("moment", 1.962, 1e-9)],
     },
     Case {
@@ -157,7 +157,7 @@ const CASES: &[Case] = &[
         parts: { "P": (model: "sensors.potentiometer", rate: "100 Hz", params: { "lower": -2, "upper": 2, "bits": 8 }, bind: { "shaft": "hinge:arm" }),
             "I": (model: "basics.ramp", params: { "slope": 1 }), "C": (model: "sensors.current", rate: "100 Hz", params: { "range": 2, "bits": 12 }) },
         wires: ["I.y -> C.current"], gravity: "none", step: "10 ms", until: "3 s",
-        figures: { "valid": (of: "P.valid"), "angle": (of: "P.angle", take: "max"), "ok": (of: "P.valid", at: "time >= 0.5 s"), "I": (of: "C.reading", take: "max"), "zero": (of: "C.reading", at: "time >= 0 s") }"#,
+        metrics: { "valid": (of: "P.valid"), "angle": (of: "P.angle", take: "max"), "ok": (of: "P.valid", at: "time >= 0.5 s"), "I": (of: "C.reading", take: "max"), "zero": (of: "C.reading", at: "time >= 0 s") }"#,
         want: &[
             ("valid", 0.0, 0.0),
             ("angle", 2.0, 0.016),

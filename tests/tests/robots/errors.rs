@@ -17,30 +17,30 @@ const TASKS: [&str; 8] = [
     "legged_stand",
 ];
 
-/// Success as told, and all figures.
+/// Success as told, and all metrics.
 fn run(task: &str, set: &[&str]) -> bool {
-    let figures = common::figures(task, set).unwrap_or_else(|e| panic!("{task} {set:?}: {e}"));
-    println!("{task} {set:?}: {figures:#.3?}");
-    figures["success"] > 0.5
+    let metrics = common::metrics(task, set).unwrap_or_else(|e| panic!("{task} {set:?}: {e}"));
+    println!("{task} {set:?}: {metrics:#.3?}");
+    metrics["success"] > 0.5
 }
 
 /// A condition counts 1 while it holds: at the end, ever, always, for what share of the time; in a phase that has not all of its variables it does not hold.
 #[test]
-fn a_condition_is_a_figure() {
+fn a_condition_is_a_metric() {
     let text = |when: &str| {
         let takes = ["last", "max", "min", "mean"];
-        let figures = takes.map(|t| format!(r#""{t}": (when: "{when}", take: "{t}")"#)).join(", ");
+        let metrics = takes.map(|t| format!(r#""{t}": (when: "{when}", take: "{t}")"#)).join(", ");
         format!(
             r#"Simulation(
                 bodies: {{ "post": (parent: "world", hinge: Pin([0, 0, 1]), mass: 1, inertia: [1, 1, 1]), "disc": (parent: "world", hinge: Pin([0, 0, 1]), mass: 1, inertia: [1, 1, 1], initial: (rate: 1)) }},
-                step: "1 ms", until: "1 s", start: "first", figures: {{ {figures} }},
+                step: "1 ms", until: "1 s", start: "first", metrics: {{ {metrics} }},
                 phases: {{ "first": (to: {{ "second": "disc.angle > 0.75 rad" }}),
                     "second": (remove: ["disc"]) }},
             )"#
         )
     };
     let of = |when: &str| {
-        let f = common::figures_of(&text(when)).unwrap_or_else(|e| panic!("{e}"));
+        let f = common::metrics_of(&text(when)).unwrap_or_else(|e| panic!("{e}"));
         ["last", "max", "min", "mean"].map(|t| f[t])
     };
     let [last, max, min, mean] = of("time > 0.4 s");
@@ -49,9 +49,9 @@ fn a_condition_is_a_figure() {
     let [last, max, min, mean] = of("disc.angle > 0.5 rad");
     assert_eq!([last, max, min], [0.0, 1.0, 0.0]);
     assert!((mean - 0.25).abs() < 3e-3, "{mean}");
-    let lost = common::figures_of(&text("disc.angel > 0.5 rad")).unwrap_err();
-    assert!(lost.contains("figure `last`") && lost.contains("disc.angle"), "{lost}");
-    let still = common::figures_of(&text("2 > 1")).unwrap_err();
+    let lost = common::metrics_of(&text("disc.angel > 0.5 rad")).unwrap_err();
+    assert!(lost.contains("metric `last`") && lost.contains("disc.angle"), "{lost}");
+    let still = common::metrics_of(&text("2 > 1")).unwrap_err();
     assert!(still.contains("nothing in it ever changes"), "{still}");
 }
 
@@ -74,8 +74,8 @@ fn every_task_has_noise_and_model_error_as_parameters_and_tells_success() {
         }
         options.overrides.clear();
         let loaded = load_file(folder.join("sim.ron"), &options).map_err(|e| e.render(false));
-        let figures = loaded.unwrap().simulation.figures;
-        assert!(figures.iter().any(|f| f.name == "success"), "{task} tells no success");
+        let metrics = loaded.unwrap().simulation.metrics;
+        assert!(metrics.iter().any(|f| f.name == "success"), "{task} tells no success");
         let page = std::fs::read_to_string(folder.join("README.md")).unwrap();
         let words = ["`noise`", "`mass_believed`", "`success`"];
         assert!(words.iter().all(|w| page.contains(w)), "{task}: {words:?} are not in its page");

@@ -284,7 +284,7 @@ fn a_loop_closes_over_a_time_without_a_jump() {
         ends.push(poses(&sim, "box"));
     }
     let apart = ends[0].iter().zip(ends[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(apart < 1e-9, "treatments agree: {apart}");
+    assert!(apart < 1e-9, "constraint_methods agree: {apart}");
 }
 
 /// As found the bodies stay as they were to each other, in an inelastic impact; at once they jump together.

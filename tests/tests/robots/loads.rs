@@ -1,5 +1,5 @@
 //! Loads of hinges, forces between pairs of bodies, resistance to rolling and spinning, belts: as files of users have them,
-//! with what figures, logs and wires read. The cases: reactions (drake #11723, #292, #12769; bullet3 #406, #2966; box2d.c #160),
+//! with what metrics, logs and wires read. The cases: reactions (drake #11723, #292, #12769; bullet3 #406, #2966; box2d.c #160),
 //! rolling friction and belts (nphysics #204; cannon.js #256; dart #473; bullet3 #4188; gz-physics #569).
 use crate::common;
 use linkwork_runtime::{Seconds, Simulation};
@@ -53,13 +53,13 @@ fn the_pin_of_a_pendulum_carries_three_times_its_weight() {
     }
 }
 
-/// Figures find the largest force inside steps, at rows of 50 ms too.
+/// Metrics find the largest force inside steps, at rows of 50 ms too.
 #[test]
-fn figures_and_conditions_see_reactions_inside_steps() {
-    let figures = r#"step: "50 ms", integrator: "verner_87",
-        figures: { "pull": (of: "bob.reaction_force.z", take: "max"), "angle": (of: "bob.angle", at: "bob.reaction_force.z > 40 N") }"#;
-    let text = pendulum(figures).replacen("step: \"1 ms\", ", "", 1);
-    let found = common::figures_of(&text).unwrap_or_else(|e| panic!("{e}"));
+fn metrics_and_conditions_see_reactions_inside_steps() {
+    let metrics = r#"step: "50 ms", integrator: "verner_87",
+        metrics: { "pull": (of: "bob.reaction_force.z", take: "max"), "angle": (of: "bob.angle", at: "bob.reaction_force.z > 40 N") }"#;
+    let text = pendulum(metrics).replacen("step: \"1 ms\", ", "", 1);
+    let found = common::metrics_of(&text).unwrap_or_else(|e| panic!("{e}"));
     near(found["pull"], 58.86, 1e-4);
     // 3 m g cos φ = 40.
     near(found["angle"], (40.0_f64 / 58.86).acos(), 1e-4);

@@ -332,7 +332,7 @@ fn a_quadruped_stands_up_is_pushed_and_stays() {
             assert!(stands < 0.5 && inside < 0.0);
             continue;
         }
-        // The figures of its page that are no figures of the file.
+        // The metrics of its page that are no metrics of the file.
         let page = match set {
             "push=8" => Some([(pushed, 0.017), (side[1], 0.031), (moved, 2e-3)]),
             "push=12" => Some([(moved, 0.033); 3]),

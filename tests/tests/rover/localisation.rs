@@ -39,7 +39,7 @@ fn length() -> u32 {
     std::env::var("LINKWORK_SECONDS").map_or(40, |n| n.parse().unwrap())
 }
 
-/// By forces, so that its wheels slip and scrub: the figures of README.
+/// By forces, so that its wheels slip and scrub: the metrics of README.
 #[test]
 fn it_knows_where_it_is_and_how_well() {
     let mut sim = rover(&[VISUAL]);

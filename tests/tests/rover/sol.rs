@@ -1,4 +1,4 @@
-//! `sims/sol`: a sol of a rover, with the figures of its page.
+//! `sims/sol`: a sol of a rover, with the metrics of its page.
 use linkwork_runtime::Simulation;
 
 use crate::common;
@@ -34,7 +34,7 @@ fn stance(sim: &Simulation) -> Vec<f64> {
 }
 
 #[test]
-fn a_sol_has_the_figures_that_its_page_says() {
+fn a_sol_has_the_metrics_that_its_page_says() {
     let mut sim = sol(&[]);
     let (mut phase, mut changes, mut held) = (sim.phase().to_string(), Vec::new(), stance(&sim));
     let [mut charge, mut electronics, mut battery] = [[f64::INFINITY, f64::NEG_INFINITY]; 3];

@@ -1,6 +1,6 @@
 //! Balances of energy, mass and charge: against closed forms, and of every simulation that ships with the project.
 use crate::common;
-use linkwork_runner::{Balance, Balances, Figures, Report, Shared};
+use linkwork_runner::{Balance, Balances, Metrics, Report, Shared};
 use linkwork_runtime::{Seconds, Simulation};
 use std::sync::Arc;
 
@@ -12,9 +12,9 @@ fn run(
 ) -> (Balances, Vec<String>) {
     let balance = Balance::new(&program);
     let mut sim = Simulation::of(Arc::new(program));
-    let mut figures = Figures::default();
-    figures.balance = balance;
-    figures.observe(&mut sim);
+    let mut metrics = Metrics::default();
+    metrics.balance = balance;
+    metrics.observe(&mut sim);
     sim.observe_now();
     for _ in 0..rows_max {
         if !sim.before(until) {
@@ -23,7 +23,7 @@ fn run(
         sim.step().unwrap();
         sim.observe_now();
     }
-    let balance = Figures::of(&sim).and_then(|figures| figures.balance.as_ref());
+    let balance = Metrics::of(&sim).and_then(|metrics| metrics.balance.as_ref());
     let warnings = balance.map(Balance::warnings).unwrap_or_default();
     let told = warnings.iter().map(|w| w.message.clone()).collect();
     (balance.map(Balance::report).unwrap_or_default(), told)

@@ -1,7 +1,7 @@
 //! Cameras of a simulation: what they see of bodies that move, what a checkpoint keeps, what a log and a viewer get.
 use linkwork_record::{Entry, Log, LogSpec, walk_log};
 use linkwork_render::Picture;
-use linkwork_runtime::{Seconds, Simulation, Tap};
+use linkwork_runtime::{Recorder, Seconds, Simulation};
 
 use crate::common;
 
@@ -97,17 +97,17 @@ fn a_log_has_every_picture_once() {
     let mut sim = common::scene(SWING, &[]).unwrap_or_else(|e| panic!("{e}"));
     let program = sim.program().clone();
     let (log, groups) = Log::create(&path, &program, &LogSpec::default()).unwrap();
-    let mut tap = Tap::start(&sim, groups, 8, Box::new(log)).unwrap();
-    tap.sample(&sim).unwrap();
+    let mut recorder = Recorder::start(&sim, groups, 8, Box::new(log)).unwrap();
+    recorder.sample(&sim).unwrap();
     let mut last = None;
     for ms in 1..=400 {
         sim.run_until(seconds(ms)).unwrap();
-        tap.sample(&sim).unwrap();
+        recorder.sample(&sim).unwrap();
         if ms == 400 {
             last = Some(picture(&sim, "Camera").image);
         }
     }
-    tap.finish().unwrap();
+    recorder.finish().unwrap();
     let mut found: Vec<(u64, String, Vec<u8>)> = Vec::new();
     walk_log::<linkwork_record::LogError>(&path, |entry| {
         if let Entry::Picture { ns, camera, png } = entry {

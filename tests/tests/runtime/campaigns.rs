@@ -100,7 +100,7 @@ fn parameters_of_the_simulation_that_services_follow() {
 fn phases() {
     of(
         "staging/sim.ron",
-        r#"set: { "figures": { "x": { "of": "booster.position.x", "take": "last" } } },
+        r#"set: { "metrics": { "x": { "of": "booster.position.x", "take": "last" } } },
         vary: { "booster.mass": Uniform(from: 380, to: 420) }"#,
         300,
     );

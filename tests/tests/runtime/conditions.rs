@@ -1,21 +1,21 @@
 //! One meaning of conditions and guards: equality, levels at the start, several guards at one instant, the end of a run within a
 //! step. The cases are public reports to other tools, tried on this one.
-use crate::common::figures_of;
+use crate::common::metrics_of;
 use std::collections::BTreeMap;
 
-fn figures(text: &str) -> BTreeMap<String, f64> {
-    figures_of(text).unwrap_or_else(|e| panic!("{e}"))
+fn metrics(text: &str) -> BTreeMap<String, f64> {
+    metrics_of(text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn close(figures: &BTreeMap<String, f64>, name: &str, want: f64, within: f64) {
-    let y = figures[name];
+fn close(metrics: &BTreeMap<String, f64>, name: &str, want: f64, within: f64) {
+    let y = metrics[name];
     assert!((y - want).abs() <= within, "{name}: {y}, not {want}");
 }
 
 /// OpenModelica #13680: a threshold that is reached exactly. A valve closes in one second to exactly 0 and stays shut.
 #[test]
 fn a_condition_holds_with_equality() {
-    let y = figures(
+    let y = metrics(
         r#"Simulation(
             parts: {
                 "Clock": (model: "basics.ramp", params: { "slope": 1 }),
@@ -25,7 +25,7 @@ fn a_condition_holds_with_equality() {
             },
             wires: ["Clock.y -> Valve.u", "Clock.y -> Rise.u", "Clock.y -> Count.u"],
             step: "10 ms", until: "2 s",
-            figures: {
+            metrics: {
                 "shut": (when: "Valve.y <= 0", take: "last"),
                 "full": (when: "Rise.y >= 0.25", take: "last"),
                 "when shut": (of: "Clock.y", at: "Valve.y <= 0"),
@@ -49,7 +49,7 @@ fn a_condition_holds_with_equality() {
 /// Simulink's relay and Modelica's hysteresis look at the level at the start, and take `>=` (Drake #9707, OpenModelica #13680).
 #[test]
 fn a_relay_that_starts_above_its_threshold_is_on_and_one_that_rests_at_it() {
-    let y = figures(
+    let y = metrics(
         r#"Simulation(
             parts: {
                 "High": (model: "basics.constant", params: { "value": 1 }),
@@ -62,7 +62,7 @@ fn a_relay_that_starts_above_its_threshold_is_on_and_one_that_rests_at_it() {
             },
             wires: ["Clock.y -> Rise.u", "High.y -> A.u", "Rise.y -> B.u", "Low.y -> C.u"],
             step: "10 ms", until: "2 s",
-            figures: { "A": (of: "A.y", take: "last"), "B": (of: "B.y", take: "last"), "C": (of: "C.y", take: "last") },
+            metrics: { "A": (of: "A.y", take: "last"), "B": (of: "B.y", take: "last"), "C": (of: "C.y", take: "last") },
         )"#,
     );
     assert_eq!([y["A"], y["B"], y["C"]], [1.0, 1.0, 0.0]);
@@ -72,11 +72,11 @@ fn a_relay_that_starts_above_its_threshold_is_on_and_one_that_rests_at_it() {
 fn a_ball_that_starts_on_the_floor_lies_there() {
     for params in [r#""height": 0"#, r#""height": 1, "restitution": 0.2"#] {
         for (method, step) in [("rk4", "10 ms"), ("dormand_prince_54", "1 s")] {
-            let y = figures(&format!(
+            let y = metrics(&format!(
                 r#"Simulation(
                     parts: {{ "Ball": (model: "basics.bouncing_ball", params: {{ "gravity": 9.80665, {params} }}) }},
                     step: "{step}", integrator: "{method}", until: "3 s",
-                    figures: {{ "height": (of: "Ball.height", take: "last") }},
+                    metrics: {{ "height": (of: "Ball.height", take: "last") }},
                 )"#
             ));
             close(&y, "height", 0.0, 1e-9);
@@ -87,7 +87,7 @@ fn a_ball_that_starts_on_the_floor_lies_there() {
 /// A sensor falls from 320 K to 250 K at once: both thresholds are passed at one instant, and the heater heats from then on.
 #[test]
 fn a_thermostat_that_is_passed_at_once_heats() {
-    let y = figures(
+    let y = metrics(
         r#"Simulation(
             parts: {
                 "T": (model: "basics.step", params: { "time": 5, "before": 320, "after": 250 }),
@@ -99,7 +99,7 @@ fn a_thermostat_that_is_passed_at_once_heats() {
             wires: ["T.y -> H.u", "H.y -> Box.temperature"],
             connect: [("Heater.supply", "Supply.terminal"), ("Heater.node", "Box.port")],
             step: "100 ms", until: "20 s",
-            figures: { "on": (of: "Heater.on", take: "last"), "heat": (of: "Heater.node.heat", take: "last") },
+            metrics: { "on": (of: "Heater.on", take: "last"), "heat": (of: "Heater.node.heat", take: "last") },
         )"#,
     );
     assert_eq!((y["on"], y["heat"]), (1.0, 10.0));
@@ -109,11 +109,11 @@ fn a_thermostat_that_is_passed_at_once_heats() {
 #[test]
 fn a_step_is_integrated_exactly() {
     for (time, want) in [(0.55, 0.45), (0.5, 0.5)] {
-        let y = figures(&format!(
+        let y = metrics(&format!(
             r#"Simulation(
                 parts: {{ "Step": (model: "basics.step", params: {{ "time": {time}, "after": 1 }}), "I": (model: "basics.integrator") }},
                 wires: ["Step.y -> I.u"], step: "0.1 s", until: "1 s",
-                figures: {{ "integral": (of: "I.y", take: "last") }},
+                metrics: {{ "integral": (of: "I.y", take: "last") }},
             )"#
         ));
         close(&y, "integral", want, 1e-11);
@@ -127,7 +127,7 @@ fn stop_when_ends_the_run_within_the_step() {
         ("Down.y", r#""Orbit.height -> Depth.u", "Depth.y -> Down.u""#),
         ("Orbit.height <= 0 m", r#""Orbit.height -> Depth.u", "Depth.y -> Down.u""#),
     ] {
-        let y = figures(&format!(
+        let y = metrics(&format!(
             r#"Simulation(
                 bodies: {{ "craft": (parent: "world", hinge: Free, mass: 100, inertia: Sphere(0.5), initial: (position: [1837400, 0, 0], velocity: [0, 0, 1500])) }},
                 world: (body: "moon", mu: 4.9028e12, radius: 1737400),
@@ -139,7 +139,7 @@ fn stop_when_ends_the_run_within_the_step() {
                 }},
                 wires: [{wires}], stop_when: "{stop}",
                 step: "60 s", integrator: "dormand_prince_54", accuracy: (relative: 1e-11, absolute: 1e-6), until: "2 h",
-                figures: {{ "height": (of: "Orbit.height", take: "last", unit: "m") }},
+                metrics: {{ "height": (of: "Orbit.height", take: "last", unit: "m") }},
             )"#
         ));
         close(&y, "height", 0.0, 1e-3);
@@ -161,7 +161,7 @@ fn a_burn_between_two_rows_is_not_lost() {
             false => r#""On.y -> Throttle.u", "Off.y -> Throttle.u","#,
         };
         for row in ["1 s", "60 s", "600 s", "3600 s"] {
-            let y = figures(&format!(
+            let y = metrics(&format!(
                 r#"Simulation(
                     bodies: {{ "craft": (parent: "world", hinge: Free, mass: 1000, inertia: Sphere(0.5)) }},
                     parts: {{ {throttle}
@@ -169,7 +169,7 @@ fn a_burn_between_two_rows_is_not_lost() {
                         "Engine": (model: "flight.engine", params: {{ "thrust": 400, "specific_impulse": 300 }}, bind: {{ "nozzle": "node:craft" }}) }},
                     wires: [{wires} "Throttle.y -> Engine.throttle"], connect: [("Engine.propellant", "Feed.outlet")], gravity: "none",
                     step: "{row}", integrator: "dormand_prince_54", until: "7200 s",
-                    figures: {{ "speed": (of: "craft.velocity.z", take: "last") }},
+                    metrics: {{ "speed": (of: "craft.velocity.z", take: "last") }},
                 )"#
             ));
             close(&y, "speed", 8.0, 1e-6);
@@ -182,7 +182,7 @@ fn a_burn_between_two_rows_is_not_lost() {
 #[test]
 fn jumps_in_a_feedback_have_two_thresholds() {
     for (body, friction, method) in [("Locked", 0.0, "rk4"), ("Free", 1e-4, "dormand_prince_54")] {
-        let y = figures(&format!(
+        let y = metrics(&format!(
             r#"Simulation(
                 bodies: {{ "b": (parent: "world", hinge: {body}, mass: 100, inertia: [10, 10, 10]) }},
                 parts: {{
@@ -192,13 +192,13 @@ fn jumps_in_a_feedback_have_two_thresholds() {
                 }},
                 connect: [("W.supply", "S.terminal")],
                 wires: ["T.y -> W.torque"], gravity: "none", step: "1 s", integrator: "{method}", until: "15 s",
-                figures: {{ "speed": (of: "W.speed", take: "max"), "last": (of: "W.speed", take: "last") }},
+                metrics: {{ "speed": (of: "W.speed", take: "max"), "last": (of: "W.speed", take: "last") }},
             )"#
         ));
         close(&y, "speed", 95.0, 0.1);
         close(&y, "last", 95.0, 0.1);
     }
-    let y = figures(
+    let y = metrics(
         r#"Simulation(
             bodies: { "c": (parent: "world", hinge: Slider([0, 0, 1]), mass: 1000, inertia: [100, 100, 100], initial: (position: 10, rate: 0)) },
             parts: {
@@ -210,7 +210,7 @@ fn jumps_in_a_feedback_have_two_thresholds() {
             },
             wires: ["M.velocity.z -> V.u", "V.y -> E.throttle"], connect: [("E.propellant", "Feed.outlet")],
             step: "1 s", integrator: "dormand_prince_54", until: "5 s",
-            figures: { "speed": (of: "M.velocity.z", take: "last") },
+            metrics: { "speed": (of: "M.velocity.z", take: "last") },
         )"#,
     );
     // Between the speeds at which the throttle is 0.6 and 0.98 · 0.6.
@@ -220,7 +220,7 @@ fn jumps_in_a_feedback_have_two_thresholds() {
 /// A canopy whose `deploy` is 1 in the phase that brings it opens at once.
 #[test]
 fn a_canopy_that_is_commanded_when_it_appears_opens() {
-    let y = figures(
+    let y = metrics(
         r#"Simulation(
             bodies: { "c": (parent: "world", hinge: Free, mass: 100, inertia: [10, 10, 10], initial: (position: [0, 0, 1000], velocity: [0, 0, -50])) },
             world: (body: "earth", site: (latitude: 0, longitude: 0, turning: false)),
@@ -237,7 +237,7 @@ fn a_canopy_that_is_commanded_when_it_appears_opens() {
                     wires: ["One.y -> Canopy.deploy"],
                 ),
             },
-            figures: { "share": (of: "Canopy.share", take: "last") },
+            metrics: { "share": (of: "Canopy.share", take: "last") },
         )"#,
     );
     close(&y, "share", 1.0, 0.0);
@@ -246,7 +246,7 @@ fn a_canopy_that_is_commanded_when_it_appears_opens() {
 /// After its arrival a guidance asks for nothing; the last force was held for ever.
 #[test]
 fn a_powered_descent_ends_at_its_arrival() {
-    let y = figures(
+    let y = metrics(
         r#"Simulation(
             bodies: { "c": (parent: "world", hinge: Free, mass: 1000, inertia: [100, 100, 100], initial: (position: [100, 0, 500], velocity: [-5, 0, -30])) },
             parts: {
@@ -258,7 +258,7 @@ fn a_powered_descent_ends_at_its_arrival() {
             },
             wires: ["M.y -> D.mass", "D.force -> V.command"], connect: [("V.propellant", "Feed.outlet")],
             step: "10 ms", until: "25 s",
-            figures: { "at the end": (of: "c.position.z", at: "time >= 20 s"), "thrust": (of: "V.thrust", take: "last") },
+            metrics: { "at the end": (of: "c.position.z", at: "time >= 20 s"), "thrust": (of: "V.thrust", take: "last") },
         )"#,
     );
     close(&y, "at the end", 1.0, 0.1);

@@ -1,4 +1,4 @@
-//! Same bits: whatever the chunks, the order of the file, a tap, a fork, or a fresh process; other
+//! Same bits: whatever the chunks, the order of the file, a recorder, a fork, or a fresh process; other
 //! bits for another seed. The system is `zoo::system`: every container, and a mechanism.
 use linkwork_runtime::*;
 use linkwork_tests::zoo;
@@ -74,7 +74,7 @@ fn the_seed_and_only_the_seed_changes_the_noise() {
 
 struct Rows(Arc<Mutex<Vec<f64>>>);
 impl Consumer for Rows {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         self.0.lock().map_err(|e| e.to_string())?.extend(&row.values);
         Ok(())
     }
@@ -84,19 +84,19 @@ impl Consumer for Rows {
 }
 
 #[test]
-fn a_tap_changes_nothing() {
+fn a_recorder_changes_nothing() {
     let spec = zoo::system(Integrator::Rk4, 7);
     let rows = Arc::new(Mutex::new(Vec::new()));
     let mut sim = Simulation::new(zoo::plan(&spec));
     let places = sim.plan().variables.values().map(|v| v.place).collect();
     let group = Group { period: Seconds { num: 1, den: 100 }, places, ..Group::default() };
-    let mut tap = Tap::start(&sim, vec![group], 4, Box::new(Rows(rows.clone()))).unwrap();
-    tap.sample(&sim).unwrap();
+    let mut recorder = Recorder::start(&sim, vec![group], 4, Box::new(Rows(rows.clone()))).unwrap();
+    recorder.sample(&sim).unwrap();
     while sim.before(end()) {
         sim.step().unwrap();
-        tap.sample(&sim).unwrap();
+        recorder.sample(&sim).unwrap();
     }
-    tap.finish().unwrap();
+    recorder.finish().unwrap();
     assert_eq!(rows.lock().unwrap().len(), 301 * sim.plan().variables.len());
     assert_eq!(sim.hash(), whole(&spec));
 }

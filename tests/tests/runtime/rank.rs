@@ -122,7 +122,7 @@ fn prescribed_motions_against_a_loop_are_a_warning_and_end_a_run_by_name() {
     assert!(e.time >= 0.5 && e.time < 0.52, "{e}");
 }
 
-/// No treatment of the constraint makes it silent.
+/// No constraint method of the constraint makes it silent.
 #[test]
 fn every_treatment_reports() {
     for solve in ["Embed", "Augment"] {
@@ -189,7 +189,7 @@ impl Parallelogram {
 }
 
 /// A parallelogram that turns ten times through the positions in which its links are in line stays one: the coupler keeps its direction, and the
-/// cranks are where one pendulum is. Every integrator, both treatments of the loop, several proportions.
+/// cranks are where one pendulum is. Every integrator, both constraint methods of the loop, several proportions.
 #[test]
 fn a_parallelogram_passes_the_positions_in_line() {
     let all = [

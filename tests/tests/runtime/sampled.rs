@@ -23,7 +23,7 @@ fn drive(kp: f64, rate: &str) -> String {
             connect: [("Motor.supply", "Supply.terminal")],
             wires: ["Target.y -> Controller.target", "Encoder.rate -> Controller.rate", "Controller.volts -> Motor.volts"],
             step: "1 ms", integrator: "rk4", until: "4 s",
-            figures: {{ "swing": (of: "wheel.rate", take: "std"), "mean": (of: "wheel.rate", take: "mean") }},
+            metrics: {{ "swing": (of: "wheel.rate", take: "std"), "mean": (of: "wheel.rate", take: "mean") }},
         )"#
     )
 }
@@ -36,8 +36,8 @@ fn warnings(text: &str) -> Vec<(String, String)> {
 }
 
 fn swing(text: &str) -> (f64, f64) {
-    let figures = common::figures_of(text).unwrap();
-    (figures["swing"], figures["mean"])
+    let metrics = common::metrics_of(text).unwrap();
+    (metrics["swing"], metrics["mean"])
 }
 
 #[test]

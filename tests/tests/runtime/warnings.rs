@@ -141,7 +141,7 @@ fn a_sensor_that_nobody_reads_is_told() {
         r#"log: [(channels: ["Twice"])],"#,
         r#"log: [(channels: ["**"])],"#,
         r#"plots: [(title: "Turns", of: ["Twice.y"])],"#,
-        r#"figures: { "last": (of: "Twice.y", take: "last") },"#,
+        r#"metrics: { "last": (of: "Twice.y", take: "last") },"#,
         r#"stop_when: "Twice.y","#,
         r#"start: "a", phases: { "a": (to: { "b": "Twice.y > 3" }), "b": () },"#,
     ] {

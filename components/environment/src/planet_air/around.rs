@@ -66,8 +66,8 @@ macro_rules! around_a_planet {
             fn air(&self, t: f64, p: Vec3) -> Air {
                 self.around.air(t, p, |place| self.at(t, place))
             }
-            fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
-                self.around.beyond(t, p)
+            fn out_of_range(&self, t: f64, p: Vec3) -> Option<BuildError> {
+                self.around.out_of_range(t, p)
             }
             fn viscosity(&self, temperature: f64) -> Option<f64> {
                 self.around.viscosity.map(|law| law.at(temperature))
@@ -124,7 +124,7 @@ impl Around {
     }
 
     /// What there is to say of a point whose height the data do not reach: nothing where going on is what was asked for.
-    pub fn beyond(&self, t: f64, p: Vec3) -> Option<BuildError> {
+    pub fn out_of_range(&self, t: f64, p: Vec3) -> Option<BuildError> {
         if self.outside == Some(Outside::Continue) {
             return None;
         }

@@ -85,16 +85,16 @@ fn each_row_of_the_reference_files_is_reproduced() {
         // Its ends, as heights.
         let [low, high] = ends;
         for (h, out) in [(low + 1.0, low - 250.0), (high - 1.0, high + 250.0)] {
-            assert!(air.beyond(0.0, point(radius, h)).is_none(), "{file} {h}");
-            let told = air.beyond(0.0, point(radius, out)).unwrap();
+            assert!(air.out_of_range(0.0, point(radius, h)).is_none(), "{file} {h}");
+            let told = air.out_of_range(0.0, point(radius, out)).unwrap();
             let words = format!("from {} to {} km", low.round() / 1e3, high.round() / 1e3);
             assert!(told.message.contains(&words) && !told.stops, "{}", told.message);
             let of = |outside| {
                 let p = TableAirParams { outside: Some(outside), ..params(file, layout) };
                 TableAtmosphere::build(p, &files).unwrap()
             };
-            assert!(of(Outside::Stop).beyond(0.0, point(radius, out)).unwrap().stops);
-            assert!(of(Outside::Continue).beyond(0.0, point(radius, out)).is_none());
+            assert!(of(Outside::Stop).out_of_range(0.0, point(radius, out)).unwrap().stops);
+            assert!(of(Outside::Continue).out_of_range(0.0, point(radius, out)).is_none());
             let end = point(radius, if out < low { low } else { high });
             let [held, edge] = [point(radius, out), end].map(|p| of(Outside::Clamp).air(0.0, p));
             assert!((held.density / edge.density - 1.0).abs() < 1e-9, "{file} {out}");

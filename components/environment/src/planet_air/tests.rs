@@ -272,12 +272,12 @@ fn where_data_end_the_user_says_what_happens() {
             assert_eq!(density(&*goes_on, end), edge, "{name}: inside all are the same");
             let on = density(&*goes_on, out);
             assert_eq!(density(&*asked, out), on, "{name}: the same, unsaid");
-            assert!(asked.beyond(0.0, at(out)).is_none(), "{name} {out}");
+            assert!(asked.out_of_range(0.0, at(out)).is_none(), "{name} {out}");
             let level = name == "msis" && out < 0.0;
             assert!(level || (on / edge - 1.0).abs() > 1e-4, "{name} {out}: {on} {edge}");
             for (air, stops) in [(&goes_on, false), (&holds, false), (&stops, true)] {
-                assert!(air.beyond(0.0, at(end)).is_none(), "{name} {end}");
-                let told = air.beyond(0.0, at(out)).unwrap();
+                assert!(air.out_of_range(0.0, at(end)).is_none(), "{name} {end}");
+                let told = air.out_of_range(0.0, at(out)).unwrap();
                 assert_eq!(told.stops, stops);
                 let words =
                     format!("from {} to {} km, not to {:.3} km", low / 1e3, high / 1e3, out / 1e3);

@@ -145,7 +145,7 @@ impl Tiles {
     }
 
     /// What went wrong first since it was opened: a tile that is damaged or cannot be read.
-    pub fn trouble(&self) -> Option<&TileError> {
+    pub fn failure(&self) -> Option<&TileError> {
         self.trouble.get()
     }
 
@@ -187,7 +187,7 @@ impl Tiles {
     }
 
     /// Height (m) and unit normal at x, y (m); `None` off the map, where there is no data, and where the tile cannot be
-    /// read, which [`Tiles::trouble`] then tells. A tile that is not in memory is read, and memory may be taken for it.
+    /// read, which [`Tiles::failure`] then tells. A tile that is not in memory is read, and memory may be taken for it.
     #[inline]
     pub fn ground(&self, x: f64, y: f64) -> Option<(f64, Vec3)> {
         self.look(x, y, None, |cell, nodes| {

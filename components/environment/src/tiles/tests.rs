@@ -60,7 +60,7 @@ fn answers_are_those_of_one_array_bit_for_bit_in_any_order_with_any_cache() {
                 let (got, want) = (tiles.ground(*x, *y), field.ground(*x, *y));
                 assert_eq!(bits(got), bits(want), "{nx} {ny} {most} point {k}: {x} {y}");
             }
-            assert!(tiles.kept() <= most && tiles.trouble().is_none());
+            assert!(tiles.kept() <= most && tiles.failure().is_none());
         }
         // With the same heights and another place and scale.
         let centred = Tiles::open(&path, 2).unwrap().centred().scaled(0.3, 1.5);
@@ -134,17 +134,17 @@ fn a_damaged_tile_is_no_ground_and_is_told_with_its_place() {
     let there = |i: f64, j: f64| (field.origin()[0] + i * s[0], field.origin()[1] + j * s[1]);
     let (x, y) = there(3.5, 3.5);
     assert_eq!(bits(tiles.ground(x, y)), bits(field.ground(x, y)));
-    assert!(tiles.trouble().is_none());
+    assert!(tiles.failure().is_none());
     let (x, y) = there(49.5, 18.5);
     assert_eq!(tiles.ground(x, y), None);
-    let told = tiles.trouble().unwrap().to_string();
+    let told = tiles.failure().unwrap().to_string();
     assert!(told.contains("tile 3, 1 (from the south-west): its checksum is wrong"), "{told}");
     assert!(told.contains("linkwork terrain convert"), "{told}");
     // A tile of which the end is gone.
     std::fs::write(&path, &sound[..at]).unwrap();
     let tiles = Tiles::open(&path, 4).unwrap();
     assert_eq!(tiles.ground(x, y), None);
-    assert!(tiles.trouble().unwrap().to_string().contains("beyond the end"));
+    assert!(tiles.failure().unwrap().to_string().contains("beyond the end"));
     assert!(tiles.overview().unwrap_err().to_string().contains("the overview: its bytes"));
     // Every bit of head and index is watched.
     for k in (0..head::HEAD as usize + 16 * head.index.len()).step_by(3) {

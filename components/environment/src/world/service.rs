@@ -221,8 +221,8 @@ impl World for PlanetWorld {
     fn start(&self, start: &Start) -> Result<(Vec3, Vec3), BuildError> {
         self.started(start)
     }
-    fn trouble(&self, t: f64) -> Option<BuildError> {
-        self.shadows().iter().find_map(|(course, _)| course.trouble(t))
+    fn failure(&self, t: f64) -> Option<BuildError> {
+        self.shadows().iter().find_map(|(course, _)| course.failure(t))
     }
     fn as_any(&self) -> &dyn std::any::Any {
         self

@@ -51,7 +51,7 @@ fn votes_from(arcs: &Arcs, patches: &Tiles<Patch>, goal: [f64; 2], at: Place) ->
     let value = |p: [f64; 2]| (p[0] - goal[0]).hypot(p[1] - goal[1]);
     let heading = (goal[1] - at[1]).atan2(goal[0] - at[0]);
     let distance = value([at[0], at[1]]);
-    let wish = Wish { value: &value, heading, distance, last: None };
+    let wish = DriveRequest { value: &value, heading, distance, last: None };
     arcs.votes(&ground(patches), at, &wish)
 }
 

@@ -156,7 +156,7 @@ fn after_any_changes_it_is_what_a_new_planner_finds() {
                 (cell, p.cost(cell).unwrap())
             }));
             assert_eq!(way, new.plan(from, 3.0), "{from:?}");
-            found += usize::from(matches!(way, Way::Found(_)));
+            found += usize::from(matches!(way, PathCost::Found(_)));
             // All of it, too, and no corner is farther than along edges and diagonals.
             new.plan(from, f64::INFINITY);
             let mut all = p.clone();
@@ -173,8 +173,8 @@ fn after_any_changes_it_is_what_a_new_planner_finds() {
     assert!(found > 30, "{found}");
 }
 
-fn from_value(way: Way) -> f64 {
-    if let Way::Found(v) = way { v } else { 0.0 }
+fn from_value(way: PathCost) -> f64 {
+    if let PathCost::Found(v) = way { v } else { 0.0 }
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn in_the_open_the_way_is_straight_within_a_percent() {
     for k in 0..40 {
         let turn = 0.04 * f64::from(k) + 3.1;
         let from = [goal[0] + 35.0 * turn.cos(), goal[1] + 35.0 * turn.sin()];
-        let Way::Found(value) = p.plan(from, 1.0) else { panic!("no way from {from:?}") };
+        let PathCost::Found(value) = p.plan(from, 1.0) else { panic!("no way from {from:?}") };
         let path = p.path(from, 10_000);
         let length: f64 =
             path.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum();
@@ -225,7 +225,7 @@ fn the_way_goes_around_a_wall_and_again_when_its_gap_is_shut() {
         (-30..30).filter(move |j| !(gap[0]..gap[1]).contains(j)).map(|j| ([0, j], f64::INFINITY))
     };
     p.change(wall([6, 8]));
-    let Way::Found(near) = p.plan(from, 2.0) else { panic!("no way") };
+    let PathCost::Found(near) = p.plan(from, 2.0) else { panic!("no way") };
     // Through the gap: y from 3 to 4 m.
     let gap = [0.25, 3.5];
     let about =
@@ -238,15 +238,15 @@ fn the_way_goes_around_a_wall_and_again_when_its_gap_is_shut() {
     let length: f64 = path.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum();
     assert!((length / near - 1.0).abs() < 0.02, "{length} {near}");
     p.change([([0, 6], f64::INFINITY), ([0, 7], f64::INFINITY)]);
-    let Way::Found(far) = p.plan(from, 2.0) else { panic!("no way") };
+    let PathCost::Found(far) = p.plan(from, 2.0) else { panic!("no way") };
     assert!(far > near + 8.0, "{far} {near}");
     // Shut altogether, and opened again.
     let ends = || (-41..41).map(|j| ([0, j], f64::INFINITY));
     p.change(ends());
-    assert_eq!(p.plan(from, 2.0), Way::Closed);
+    assert_eq!(p.plan(from, 2.0), PathCost::Closed);
     assert_eq!(p.path(from, 10), [from]);
     p.change([([0, 20], 1.0)]);
-    assert!(matches!(p.plan(from, 2.0), Way::Found(_)));
+    assert!(matches!(p.plan(from, 2.0), PathCost::Found(_)));
 }
 
 #[test]
@@ -271,16 +271,16 @@ fn what_has_no_way_is_told() {
     assert!(Planner::new(r, [11.0, 5.0], 1.0).is_none());
     assert!(Planner::new(r, [f64::NAN, 5.0], 1.0).is_none());
     let mut p = Planner::new(r, [5.2, 5.2], 1.0).unwrap();
-    assert_eq!(p.plan([-1.0, 2.0], 1.0), Way::Outside);
-    assert_eq!(p.plan([f64::NAN, 2.0], 1.0), Way::Outside);
+    assert_eq!(p.plan([-1.0, 2.0], 1.0), PathCost::Outside);
+    assert_eq!(p.plan([f64::NAN, 2.0], 1.0), PathCost::Outside);
     p.change([([10, 10], f64::INFINITY), ([900, 3], f64::INFINITY)]);
-    assert_eq!(p.plan([1.0, 1.0], 1.0), Way::GoalInObstacle);
+    assert_eq!(p.plan([1.0, 1.0], 1.0), PathCost::GoalInObstacle);
     p.change([([10, 10], 1.0), ([2, 2], f64::INFINITY)]);
-    assert_eq!(p.plan([1.1, 1.1], 1.0), Way::InObstacle);
+    assert_eq!(p.plan([1.1, 1.1], 1.0), PathCost::InObstacle);
     assert!(p.value([1.6, 1.6]).is_finite() && p.value([1.1, 1.1]).is_infinite());
-    assert!(matches!(p.plan([1.6, 1.6], 1.0), Way::Found(_)));
+    assert!(matches!(p.plan([1.6, 1.6], 1.0), PathCost::Found(_)));
     // At the goal.
-    assert_eq!(p.plan([5.2, 5.2], 1.0), Way::Found(0.0));
+    assert_eq!(p.plan([5.2, 5.2], 1.0), PathCost::Found(0.0));
 }
 
 #[test]

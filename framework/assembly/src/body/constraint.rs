@@ -15,7 +15,7 @@ use crate::text::report::Cx;
 use crate::text::value::{Text, variant};
 use linkwork_multibody::Hinge;
 use linkwork_runtime::{Closing, Located, Value};
-use linkwork_solvers::Treatment;
+use linkwork_solvers::ConstraintMethod;
 use linkwork_spatial::Pose;
 
 record! {
@@ -34,7 +34,7 @@ record! {
         /// Its coordinates follow commands.
         prescribed: bool = flag().or(false),
         /// How it is solved.
-        solve: Treatment = treatment().or(Treatment::Auto),
+        solve: ConstraintMethod = constraint_method().or(ConstraintMethod::Auto),
         /// What happens to a gap between its ends: at once they are put together, and otherwise they stay as they are found, or come
         /// together over a time.
         closing: Option<Closing> = ClosingKind.or(None),
@@ -60,7 +60,7 @@ record! {
         /// Its value when the other is zero.
         offset: Option<Located> = raw(|| drive_number("rad", "m").describe()).maybe(),
         /// How it is solved.
-        solve: Treatment = treatment().or(Treatment::Auto),
+        solve: ConstraintMethod = constraint_method().or(ConstraintMethod::Auto),
         /// Documentation.
         doc: Option<Text> = text().maybe(),
     }
@@ -74,8 +74,12 @@ record! {
     }
 }
 
-fn treatment() -> impl Kind<Of = Treatment> {
-    word(&[("Auto", Treatment::Auto), ("Embed", Treatment::Embed), ("Augment", Treatment::Augment)])
+fn constraint_method() -> impl Kind<Of = ConstraintMethod> {
+    word(&[
+        ("Auto", ConstraintMethod::Auto),
+        ("Embed", ConstraintMethod::Embed),
+        ("Augment", ConstraintMethod::Augment),
+    ])
 }
 
 /// `AtOnce`, which is `None`; `AsFound`; `Over("0.3 s")`.

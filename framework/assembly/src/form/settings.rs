@@ -1,4 +1,4 @@
-//! What a simulation file says besides its parts: steps, stopping, logs, figures, plots, view.
+//! What a simulation file says besides its parts: steps, stopping, logs, metrics, plots, view.
 use crate::form::assembly;
 use crate::schema::describe::{Field, Schema};
 use crate::schema::kind::{
@@ -40,7 +40,7 @@ record! {
         origin
     }
 }
-/// Which number of a variable's history a figure is.
+/// Which number of a variable's history a metric is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Take {
     /// The value at the end.
@@ -69,7 +69,7 @@ pub enum Take {
     TimeOfMaxAbs,
 }
 record! {
-    struct FigureForm: "figure" {
+    struct MetricForm: "metric" {
         /// Variable.
         of: Option<Text> = text().maybe(),
         /// Instead of a variable: a condition, as those of transitions; 1 while it holds, 0 while it does not.
@@ -98,9 +98,9 @@ record! {
         origin
     }
 }
-/// What a figure looks at.
+/// What a metric looks at.
 #[derive(Clone, Debug, PartialEq)]
-pub enum FigureOf {
+pub enum MetricOf {
     /// A variable.
     Variable(Text),
     /// A condition: 1 while it holds, 0 while it does not.
@@ -108,11 +108,11 @@ pub enum FigureOf {
 }
 /// A number that sums up a run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
+pub struct Metric {
     /// Name as shown.
     pub name: String,
     /// What is looked at.
-    pub of: FigureOf,
+    pub of: MetricOf,
     /// A condition: the number is that of the first instant at which it holds.
     pub at: Option<Text>,
     /// Which number.
@@ -159,7 +159,7 @@ impl PlaceMotion {
 record! {
     /// Where a machine is put on the ground.
     #[derive(Clone, Debug, PartialEq)]
-    pub struct PlaceForm: "place" {
+    pub struct PlacementForm: "place" {
         /// The free root body.
         body: Text = text().need("write `body: \"Rover/chassis\"`"),
         /// x, y of its origin in the site frame (m).
@@ -296,13 +296,13 @@ record! {
         /// Path of the mechanism as a part.
         mechanism: Option<Text> = text().maybe(),
         /// Puts a machine on the ground, or several: a list.
-        place: Vec<PlaceForm> = places().or(Vec::new()),
+        place: Vec<PlacementForm> = places().or(Vec::new()),
         /// What to log.
         log: Vec<LogRule> = list_of(of::<LogRule>()).or(Vec::new()),
         /// What a viewer shows.
         view: Option<ViewForm> = of::<ViewForm>().maybe(),
         /// Numbers that sum up a run.
-        figures: Option<Located> = raw(|| table_of(of::<FigureForm>()).describe()).maybe(),
+        metrics: Option<Located> = raw(|| table_of(of::<MetricForm>()).describe()).maybe(),
         /// Whether a run keeps balances of energy, mass and charge.
         balance: bool = flag().or(true),
         /// Plots over time.
@@ -317,9 +317,10 @@ record! {
 }
 
 /// One machine, or a list of them.
-fn places() -> impl Kind<Of = Vec<PlaceForm>> {
-    let only = |all: &Vec<PlaceForm>| if let [one] = &all[..] { Some(one.clone()) } else { None };
-    short(list_of(of::<PlaceForm>()), mapped(of::<PlaceForm>(), |one| vec![one], only))
+fn places() -> impl Kind<Of = Vec<PlacementForm>> {
+    let only =
+        |all: &Vec<PlacementForm>| if let [one] = &all[..] { Some(one.clone()) } else { None };
+    short(list_of(of::<PlacementForm>()), mapped(of::<PlacementForm>(), |one| vec![one], only))
 }
 
 /// Settings of a simulation.
@@ -344,13 +345,13 @@ pub struct Settings {
     /// Variable that stops the run when it becomes true.
     pub stop_when: Option<Text>,
     /// Machines that are put on the ground, one after the other.
-    pub place: Vec<PlaceForm>,
+    pub place: Vec<PlacementForm>,
     /// What a viewer shows.
     pub view: Option<ViewForm>,
     /// What to log.
     pub log: Vec<LogRule>,
     /// Numbers that sum up a run, by name.
-    pub figures: Vec<Figure>,
+    pub metrics: Vec<Metric>,
     /// Whether a run keeps balances of energy, mass and charge.
     pub balance: bool,
     /// Plots.
@@ -358,15 +359,15 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Every pattern of variables in it: of logs, plots, figures, arrows, lines, jets. Conditions are not patterns.
+    /// Every pattern of variables in it: of logs, plots, metrics, arrows, lines, jets. Conditions are not patterns.
     #[must_use]
     pub fn patterns(&self) -> Vec<Text> {
         let mut all: Vec<Text> = Vec::new();
         all.extend(self.log.iter().flat_map(|l| l.channels.clone()));
         all.extend(self.plots.iter().flat_map(|p| p.of.clone()));
-        all.extend(self.figures.iter().filter_map(|f| match &f.of {
-            FigureOf::Variable(v) => Some(v.clone()),
-            FigureOf::Condition(_) => None,
+        all.extend(self.metrics.iter().filter_map(|f| match &f.of {
+            MetricOf::Variable(v) => Some(v.clone()),
+            MetricOf::Condition(_) => None,
         }));
         if let Some(view) = &self.view {
             all.extend(view.arrows.iter().flat_map(|a| [a.at.clone(), a.along.clone()]));
@@ -428,7 +429,7 @@ pub(crate) const FIXED: [&str; 15] = [
     "place",
     "log",
     "view",
-    "figures",
+    "metrics",
     "balance",
     "plots",
     "phases",
@@ -480,7 +481,7 @@ pub(crate) fn read(cx: &mut Cx, v: &Located) -> Settings {
         place: form.place,
         view: form.view,
         log: form.log,
-        figures: form.figures.map(|f| figures(cx, &f)).unwrap_or_default(),
+        metrics: form.metrics.map(|f| metrics(cx, &f)).unwrap_or_default(),
         balance: form.balance,
         plots: form.plots,
     }
@@ -545,12 +546,12 @@ fn seed(cx: &mut Cx, v: &Located) -> Option<u64> {
     seed
 }
 
-fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
+fn metrics(cx: &mut Cx, v: &Located) -> Vec<Metric> {
     let mut out = Vec::new();
-    for (name, item) in crate::schema::read::table(cx, v, "simulation: `figures`") {
-        let at = At::new(format!("figure `{name}`")).origin(cx.key(item));
-        let Some(form) = FigureForm::read(cx, item, &at) else { continue };
-        let FigureForm { of, when, at: first, take, percent, unit, origin } = form;
+    for (name, item) in crate::schema::read::table(cx, v, "simulation: `metrics`") {
+        let at = At::new(format!("metric `{name}`")).origin(cx.key(item));
+        let Some(form) = MetricForm::read(cx, item, &at) else { continue };
+        let MetricForm { of, when, at: first, take, percent, unit, origin } = form;
         let take = match (take, percent) {
             (Take::Percentile(_), Some(percent)) if percent <= 100.0 => Take::Percentile(percent),
             (Take::Percentile(_), _) => {
@@ -574,7 +575,7 @@ fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
             continue;
         }
         let of = match (of, when) {
-            (Some(of), None) => FigureOf::Variable(of),
+            (Some(of), None) => MetricOf::Variable(of),
             (None, Some(when)) => {
                 if let Some(unit) = &unit {
                     let fact = format!("{}: a condition has no unit", at.what);
@@ -584,7 +585,7 @@ fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
                     let fact = format!("{}: `at` is of a variable", at.what);
                     cx.fault(first.origin, fact, "write one condition, with `and` in it");
                 }
-                FigureOf::Condition(when)
+                MetricOf::Condition(when)
             }
             (both, _) => {
                 let fact = match both {
@@ -596,7 +597,7 @@ fn figures(cx: &mut Cx, v: &Located) -> Vec<Figure> {
                 continue;
             }
         };
-        out.push(Figure { name: name.clone(), of, at: first, take, unit, origin });
+        out.push(Metric { name: name.clone(), of, at: first, take, unit, origin });
     }
     out.sort_by(|a, b| a.name.cmp(&b.name));
     out

@@ -4,7 +4,7 @@ mod place;
 mod resolved;
 
 pub use format::schema;
-pub use place::{dotted, put_down};
+pub use place::{dotted, place_machines};
 pub use resolved::Resolved;
 
 use crate::body::shapes::BodyShape;

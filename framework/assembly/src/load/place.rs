@@ -1,5 +1,5 @@
 //! `place`: putting a compiled machine on its ground.
-use crate::form::settings::{PlaceForm, PlaceMotion};
+use crate::form::settings::{PlaceMotion, PlacementForm};
 use crate::text::patterns::path_matches;
 use crate::text::value::Text;
 use linkwork_multibody::Multibody;
@@ -13,7 +13,7 @@ use linkwork_solvers::Vehicle;
 ///
 /// # Errors
 /// The first mistake in the names, or why a machine cannot be put down.
-pub fn put_down(plan: &mut Plan, places: &[PlaceForm]) -> Result<(), Fault> {
+pub fn place_machines(plan: &mut Plan, places: &[PlacementForm]) -> Result<(), Fault> {
     let mut put = Vec::new();
     for place in places {
         let placed = touching(plan, place)?;
@@ -48,7 +48,7 @@ fn expand(mb: &Multibody, patterns: &[Text]) -> Result<Vec<String>, Fault> {
 /// # Errors
 /// Names that match nothing, machines of both kinds, several terrains.
 pub(super) fn kinematic(
-    places: &[PlaceForm],
+    places: &[PlacementForm],
     mb: &Multibody,
 ) -> Result<Option<KinematicSpec>, Fault> {
     let Some(first) = places.iter().find(|p| p.motion != PlaceMotion::Dynamics) else {
@@ -86,7 +86,7 @@ pub(super) fn kinematic(
     Ok(Some(KinematicSpec { vehicles, quasi_static, terrain, origin: first.origin }))
 }
 
-fn touching(plan: &mut Plan, place: &PlaceForm) -> Result<Placed, Fault> {
+fn touching(plan: &mut Plan, place: &PlacementForm) -> Result<Placed, Fault> {
     let mb = plan.mechanism().map(|m| m.multibody.clone()).ok_or_else(|| {
         Fault::new(place.origin, "`place`: there are no bodies")
             .help("take `place` out, or give the simulation a machine")

@@ -18,7 +18,7 @@ use linkwork_multibody::{
     SubhingeKind, Term,
 };
 use linkwork_runtime::{Closing, Located, Origin, Value};
-use linkwork_solvers::Treatment;
+use linkwork_solvers::ConstraintMethod;
 use linkwork_spatial::Pose;
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -26,7 +26,7 @@ use std::fmt::Display;
 /// What loops and couplings say beside the mechanism's structure, by full name.
 #[derive(Default)]
 pub(crate) struct Constraints {
-    pub treatments: BTreeMap<String, Treatment>,
+    pub constraint_methods: BTreeMap<String, ConstraintMethod>,
     /// Loops that do not close at once.
     pub closings: BTreeMap<String, Closing>,
     /// The prescribed subhinges of each loop at the start.
@@ -104,7 +104,7 @@ fn closure(
     set(&mut all, &["a".into()], &Value::Text(of_a).into());
     set(&mut all, &["b".into()], &Value::Text(of_b).into());
     out.resolved.insert(full.into(), all);
-    out.treatments.insert(full.into(), form.solve);
+    out.constraint_methods.insert(full.into(), form.solve);
     out.closings.extend(form.closing.map(|c| (full.into(), c)));
     out.motions.insert(full.into(), motions);
     Some(LoopClosure { name: full.into(), body_a, frame_a, body_b, frame_b, hinge })
@@ -195,7 +195,7 @@ fn coupling(
         doc: form.doc,
     };
     out.resolved.insert(full.into(), resolved.write().into());
-    out.treatments.insert(full.into(), form.solve);
+    out.constraint_methods.insert(full.into(), form.solve);
     let terms = terms.into_iter().map(|(f, factor)| Term { coordinate: f.at, factor }).collect();
     Some(Coupling { name: full.into(), terms, constant })
 }

@@ -141,7 +141,7 @@ pub(crate) fn mechanism(
         MechanismSpec {
             gravity,
             origin,
-            treatments: constraints.treatments,
+            constraint_methods: constraints.constraint_methods,
             closings: constraints.closings,
             motions,
             origins: constraints.origins,

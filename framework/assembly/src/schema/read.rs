@@ -4,7 +4,10 @@ use crate::text::value::{Text, is_unknown};
 use linkwork_runtime::{Located, Origin, Seconds, Unit, Value, remedy, split_quantity};
 use std::fmt::Display;
 
-/// Refuses what is no map and fields that nobody knows. `what` names the owner: "body `wheel`".
+/// Fields that had another name, and their present name.
+const RENAMED: [(&str, &str); 2] = [("metrics", "metrics"), ("metric", "metric")];
+
+/// Rejects values that are not maps and unknown fields. `what` names the owner: "body `wheel`".
 pub(crate) fn fields(cx: &mut Cx, v: &Located, what: impl Display, known: &[&str]) -> bool {
     let entries = match &v.value {
         Value::Map(entries) => entries,
@@ -18,7 +21,12 @@ pub(crate) fn fields(cx: &mut Cx, v: &Located, what: impl Display, known: &[&str
     for (key, value) in entries {
         if !known.contains(&key.as_str()) {
             let message = format!("{what} has no field `{key}`");
-            cx.fault(cx.key(value), message, remedy(key, "fields", known));
+            let renamed = RENAMED.iter().find(|(old, new)| old == key && known.contains(new));
+            let help = match renamed {
+                Some((old, new)) => format!("`{old}` was renamed: write `{new}`"),
+                None => remedy(key, "fields", known),
+            };
+            cx.fault(cx.key(value), message, help);
         }
     }
     true

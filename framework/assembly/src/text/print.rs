@@ -16,7 +16,7 @@ const TABLES: [&str; 14] = [
     "overrides",
     "bind",
     "nodes",
-    "figures",
+    "metrics",
 ];
 const WIDTH: usize = 100;
 

@@ -244,7 +244,7 @@ pub fn digest(spec: &Spec) -> String {
     }
     if let Some(m) = spec.mechanism() {
         let _ = writeln!(out, "{} {:?}\n{:?}\n{:?} {:?}", m.path, m.gravity, m.multibody, m.q, m.v);
-        let _ = writeln!(out, "{:?} {:?}", m.treatments, m.motions);
+        let _ = writeln!(out, "{:?} {:?}", m.constraint_methods, m.motions);
         if let Some(c) = &m.contact {
             let _ = writeln!(out, "{:?}\n{}", c.settings, shown(&c.colliders));
         }

@@ -83,12 +83,12 @@ pub(super) fn campaign() -> Vec<Field> {
         field("limits", "Where a run is ended.", Schema::Record("limits", limits)),
         field(
             "scatter",
-            "Pairs of figures or drawn numbers that the report draws against each other; the first two figures unless written.",
+            "Pairs of metrics or drawn numbers that the report draws against each other; the first two metrics unless written.",
             list(pair(Schema::Text)),
         ),
         field(
             "require",
-            "Cause in words → bounds of a figure: a run beyond them has missed, and is counted by that cause.",
+            "Cause in words → bounds of a metric: a run beyond them has missed, and is counted by that cause.",
             Schema::Table(Box::new(Schema::Record("requirement", requirement))),
         ),
         field(
@@ -115,8 +115,8 @@ pub(super) fn limits() -> Vec<Field> {
 
 pub(super) fn requirement() -> Vec<Field> {
     vec![
-        need("figure", "Name of a figure of the simulation.", Schema::Text),
-        field("least", "Least value that is good, in the figure's unit or with one.", number()),
+        need("metric", "Name of a metric of the simulation.", Schema::Text),
+        field("least", "Least value that is good, in the metric's unit or with one.", number()),
         field("most", "Greatest value that is good.", number()),
     ]
 }

@@ -99,9 +99,9 @@ pub struct Form {
     pub until: Option<Seconds>,
     /// The most wall time that a run may take (s).
     pub wall: Option<f64>,
-    /// Pairs of figures or drawn numbers that the report draws against each other.
+    /// Pairs of metrics or drawn numbers that the report draws against each other.
     pub scatter: Vec<(String, String, Origin)>,
-    /// What is required of the figures of a run.
+    /// What is required of the metrics of a run.
     pub require: Vec<Requirement>,
     /// Variables whose time histories every run keeps.
     pub retain: Option<Retain>,
@@ -498,7 +498,7 @@ impl Reader {
     }
 
     fn scatter(&mut self, v: &Located) -> Vec<(String, String, Origin)> {
-        let help = "write scatter: [(\"first\", \"second\")]: figures, or paths that are drawn";
+        let help = "write scatter: [(\"first\", \"second\")]: metrics, or paths that are drawn";
         let Value::List(items) = &v.value else {
             self.fault(v.origin, format!("`scatter` holds {}", v.value.what()), help);
             return Vec::new();
@@ -552,7 +552,7 @@ mod tests {
     },
     correlate: [(of: ["b", "c[2]"], matrix: [[1, -0.8], [-0.8, 1]])],
     limits: (time: "2 min", wall: "60 s"),
-    scatter: [("x", "y")], require: { "too fast": (figure: "x", least: -2, most: "3 m/s") }, retain: (of: ["a.**"], every: "20 ms"),
+    scatter: [("x", "y")], require: { "too fast": (metric: "x", least: -2, most: "3 m/s") }, retain: (of: ["a.**"], every: "20 ms"),
 )
 "#;
 

@@ -1,23 +1,23 @@
-//! What a campaign requires of its runs: bounds of figures, each with the cause that a run beyond them is counted by.
+//! What a campaign requires of its runs: bounds of metrics, each with the cause that a run beyond them is counted by.
 use super::{Reader, describe};
 use linkwork_runtime::{Located, Origin, Value};
 
-/// A bound of a figure.
+/// A bound of a metric.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bound {
     /// The number.
     pub number: f64,
-    /// Its unit; empty: that of the figure.
+    /// Its unit; empty: that of the metric.
     pub unit: String,
 }
 
-/// What a figure has to be. A run of which it is not has missed, by this cause.
+/// What a metric has to be. A run of which it is not has missed, by this cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Requirement {
     /// What is wrong with a run that misses it, in words.
     pub cause: String,
-    /// Name of the figure.
-    pub figure: String,
+    /// Name of the metric.
+    pub metric: String,
     /// Least value that is good; none: no bound below.
     pub least: Option<Bound>,
     /// Greatest value that is good; none: no bound above.
@@ -28,7 +28,7 @@ pub struct Requirement {
 
 impl Reader {
     pub(super) fn require(&mut self, v: &Located) -> Vec<Requirement> {
-        let help = "write require: { \"it came down too fast\": (figure: \"speed at the end\", most: \"1 m/s\") }";
+        let help = "write require: { \"it came down too fast\": (metric: \"speed at the end\", most: \"1 m/s\") }";
         let Value::Map(entries) = &v.value else {
             self.fault(v.origin, format!("`require` holds {}", v.value.what()), help);
             return Vec::new();
@@ -43,18 +43,18 @@ impl Reader {
                 Some(Bound { number, unit })
             };
             let (least, most) = (bound("least"), bound("most"));
-            let figure = item.get("figure").map(|f| self.text(f, "figure"));
-            if figure.is_none() {
-                self.fault(item.origin, format!("{what} has no `figure`"), help);
+            let metric = item.get("metric").map(|f| self.text(f, "metric"));
+            if metric.is_none() {
+                self.fault(item.origin, format!("{what} has no `metric`"), help);
             }
             if item.get("least").is_none() && item.get("most").is_none() {
                 let fact = format!("{what} has no bound");
                 self.fault(item.origin, fact, "write least, most or both");
             }
-            let Some(Some(figure)) = figure else { continue };
+            let Some(Some(metric)) = metric else { continue };
             out.push(Requirement {
                 cause: cause.clone(),
-                figure,
+                metric,
                 least,
                 most,
                 origin: item.origin,

@@ -42,7 +42,7 @@ use crate::error::DynamicsError;
 use crate::linear::{M3, S3, V3, V6};
 use crate::query::{v3, vec3};
 use crate::tree::Tree;
-use crate::units::{Treatment, Units, UnitsWork};
+use crate::units::{ConstraintMethod, Units, UnitsWork};
 use crate::work::Work;
 use linkwork_multibody::BodyId;
 use linkwork_spatial::{RigidInertia, Vec3};
@@ -185,7 +185,7 @@ impl Flexible {
 /// Lays out the units of a flexible tree.
 pub(crate) fn prepare(tree: &mut Tree) {
     if tree.is_flexible() {
-        let units = Units::new(tree, |_| Treatment::Augment);
+        let units = Units::new(tree, |_| ConstraintMethod::Augment);
         if let Some(flex) = &mut tree.flexible {
             flex.units = Some(units);
         }

@@ -39,7 +39,7 @@ pub use sweep::UnitsWork;
 
 /// How a constraint is treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Treatment {
+pub enum ConstraintMethod {
     /// Its loop becomes an aggregate: minimal coordinates, no multipliers.
     Embed,
     /// Rows with multipliers.
@@ -48,7 +48,7 @@ pub enum Treatment {
     Auto,
 }
 
-/// Largest aggregate, in degrees of freedom of its members, that [`Treatment::Auto`] embeds: beyond
+/// Largest aggregate, in degrees of freedom of its members, that [`ConstraintMethod::Auto`] embeds: beyond
 /// it the dense work within the aggregate costs more than rows do.
 pub const EMBED_MAX: usize = 6;
 
@@ -128,10 +128,10 @@ pub struct Units {
 }
 
 impl Units {
-    /// The units of a tree when each constraint of its mechanism is treated as `treatment` says.
+    /// The units of a tree when each constraint of its mechanism is treated as `constraint_method` says.
     /// O(links × loops), at set-up.
     #[must_use]
-    pub fn new(tree: &Tree, treatment: impl Fn(ConstraintId) -> Treatment) -> Self {
+    pub fn new(tree: &Tree, constraint_method: impl Fn(ConstraintId) -> ConstraintMethod) -> Self {
         let mbs = tree.multibody();
         let closures: Vec<Closure> = (mbs.loops().iter().zip(&tree.anchors))
             .map(|(l, ends)| Closure::new(ends, &l.rows, l.gaps.clone()))
@@ -152,8 +152,8 @@ impl Units {
         };
         let (mut wanted, mut augmented) = (Vec::new(), Vec::new());
         for c in mbs.constraints() {
-            match treatment(c) {
-                Treatment::Augment => augmented.push(c),
+            match constraint_method(c) {
+                ConstraintMethod::Augment => augmented.push(c),
                 t => {
                     let members = members(c);
                     let bends = |slot: &u32| *slot as usize > tree.links.len();
@@ -443,13 +443,13 @@ fn massless(tree: &Tree) -> BTreeSet<u32> {
     links.filter(|(k, l)| free(l) && !solid[k + 1]).map(|(k, _)| k as u32 + 1).collect()
 }
 
-/// Joins what shares a link; what [`Treatment::Auto`] finds too large becomes rows.
+/// Joins what shares a link; what [`ConstraintMethod::Auto`] finds too large becomes rows.
 fn merge(
-    wanted: Vec<(ConstraintId, Treatment, BTreeSet<u32>)>,
+    wanted: Vec<(ConstraintId, ConstraintMethod, BTreeSet<u32>)>,
     tree: &Tree,
     augmented: &mut Vec<ConstraintId>,
 ) -> Vec<(BTreeSet<u32>, Vec<ConstraintId>)> {
-    type Cluster = (BTreeSet<u32>, Vec<(ConstraintId, Treatment)>);
+    type Cluster = (BTreeSet<u32>, Vec<(ConstraintId, ConstraintMethod)>);
     let mut clusters: Vec<Cluster> = Vec::new();
     for (c, t, mut links) in wanted {
         let mut all = vec![(c, t)];
@@ -470,7 +470,7 @@ fn merge(
     let mut out = Vec::new();
     for (links, mut constraints) in clusters {
         constraints.sort_by_key(|c| c.0);
-        let forced = constraints.iter().any(|c| c.1 == Treatment::Embed)
+        let forced = constraints.iter().any(|c| c.1 == ConstraintMethod::Embed)
             || links.iter().any(|slot| massless.contains(slot));
         let ids: Vec<ConstraintId> = constraints.iter().map(|c| c.0).collect();
         if !forced && dofs(&links) > EMBED_MAX {

@@ -19,7 +19,7 @@ const RANK: f64 = 1e-9;
 
 /// What a level leaves to be wished.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Met {
+pub struct LevelResult {
     /// |A x − b|, in the unit of its rows.
     pub residual: f64,
     /// Degrees of freedom that are left for later levels.
@@ -120,7 +120,7 @@ impl Priorities {
     ///
     /// # Panics
     /// For lengths that do not agree, and for more rows than there is room for.
-    pub fn level(&mut self, A: &[f64], b: &[f64]) -> Result<Met, NoSolution> {
+    pub fn level(&mut self, A: &[f64], b: &[f64]) -> Result<LevelResult, NoSolution> {
         let (n, rows, free) = (self.n, b.len(), self.free);
         assert!(A.len() == rows * n && rows <= self.rows, "room for {} rows of {n}", self.rows);
         for (i, row) in A.chunks_exact(n.max(1)).enumerate() {
@@ -148,7 +148,7 @@ impl Priorities {
         self.free = free - rank;
         self.Z[..n * self.free].copy_from_slice(&self.next[n * rank..n * free]);
         let rest = A.chunks_exact(n.max(1)).zip(b).map(|(row, b)| dot(row, &self.x) - b);
-        Ok(Met { residual: rest.map(|x| x * x).sum::<f64>().sqrt(), free: self.free })
+        Ok(LevelResult { residual: rest.map(|x| x * x).sum::<f64>().sqrt(), free: self.free })
     }
 
     /// Columns of V (free each), an orthonormal basis whose first `rank` span the rows of B, beside what is nothing to `greatest`; T = B V₁ (rows × rank).

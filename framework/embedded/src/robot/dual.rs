@@ -40,7 +40,7 @@ pub struct Shared {
     pub largest_share: f64,
 }
 
-/// What a unit of each wrench counts in [`Robot::move_squeeze`].
+/// What a unit of each wrench counts in [`Robot::split_hand_wrenches`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandWeights {
     /// Of the hand that carries the object, and the second.
@@ -51,7 +51,7 @@ pub struct HandWeights {
 
 /// Wrenches of two hands, told apart. First hand, then second; each about its own tip, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MoveSqueeze {
+pub struct HandWrenches {
     /// What moves the object.
     pub moving: [Force; 2],
     /// What only squeezes it.
@@ -149,7 +149,7 @@ impl Robot {
     ///
     /// # Errors
     /// As [`squeeze`](Self::squeeze).
-    pub fn exert(
+    pub fn add_hand_wrenches(
         &mut self,
         object: Object,
         wrenches: &[Force; 2],
@@ -167,12 +167,12 @@ impl Robot {
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotHeld`], [`RobotError::EmptyHand`] (no second hand), [`RobotError::NotFinite`],
     /// [`RobotError::OutOfRange`] for weights that are not positive.
-    pub fn move_squeeze(
+    pub fn split_hand_wrenches(
         &mut self,
         object: Object,
         wrenches: &[Force; 2],
         weights: &HandWeights,
-    ) -> Result<MoveSqueeze, RobotError> {
+    ) -> Result<HandWrenches, RobotError> {
         check(wrenches)?;
         let all = [weights.hands[0], weights.hands[1], weights.moment];
         if let Some(value) = all.into_iter().find(|w| !(*w > 0.0 && w.is_finite())) {
@@ -196,7 +196,7 @@ impl Robot {
             }
         }
         let x = pseudo_solve(&A, &six(&net));
-        let mut out = MoveSqueeze { moving: [Force::zero(); 2], squeezing: *wrenches, net };
+        let mut out = HandWrenches { moving: [Force::zero(); 2], squeezing: *wrenches, net };
         for i in 0..2 {
             let mut f = Vector6::zeros();
             for k in 0..6 {

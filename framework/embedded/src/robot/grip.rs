@@ -35,7 +35,7 @@ pub struct Gripped {
     pub wrenches: [Force; 2],
     /// 0 when both hold. Else no wrenches do: the least force by which cones and limits would all have to be wider, N; the wrenches
     /// are those that would hold then.
-    pub missing: f64,
+    pub shortfall: f64,
 }
 
 /// Unknowns: what the hands do to each other, and by how much the cones are wider.
@@ -61,7 +61,7 @@ impl Hand {
     }
 
     /// How much normal force is missing: negative within.
-    fn missing(&self, x: &Unknowns) -> f64 {
+    fn shortfall(&self, x: &Unknowns) -> f64 {
         let u = self.u(x);
         (u.fixed_rows::<5>(1).norm() - u[0]).max(u[0] - self.most)
     }
@@ -177,29 +177,29 @@ impl Problem {
         }
     }
 
-    fn missing(&self, x: &Unknowns) -> f64 {
-        self.hands.iter().map(|h| h.missing(x)).fold(f64::NEG_INFINITY, f64::max)
+    fn shortfall(&self, x: &Unknowns) -> f64 {
+        self.hands.iter().map(|h| h.shortfall(x)).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// The unknowns, and what is missing.
     fn solve(&self) -> (Unknowns, f64) {
         let mut x = Unknowns::zeros();
-        let off = self.missing(&x);
+        let off = self.shortfall(&x);
         if off <= 0.0 {
             return (x, 0.0);
         }
         let size = self.hands.iter().map(|h| h.a.norm()).fold(off, f64::max);
         // Any point within, by a margin that leaves the barrier room.
         x[6] = off + size;
-        let within = |x: &Unknowns| self.missing(x) < -1e-9 * size;
+        let within = |x: &Unknowns| self.shortfall(x) < -1e-9 * size;
         let mut t = 1.0 / size;
         while t * size < 1e12 && !within(&x) {
             self.settle(&mut x, Aim::Within, t, within);
             t *= 10.0;
         }
         if !within(&x) {
-            let missing = self.missing(&x).max(0.0);
-            return (x, missing);
+            let shortfall = self.shortfall(&x).max(0.0);
+            return (x, shortfall);
         }
         x[6] = 0.0;
         let mut t = 1.0 / (size * size);
@@ -248,7 +248,7 @@ fn six(f: &Force) -> Vector6<f64> {
 impl Robot {
     /// Wrenches of two hands on an object under which neither slips, nearest to those given (first hand, then second; on the object, each about its
     /// tip, world axes), at the robot's q: the object's net wrench is that of the wrenches given, the hands press as much as friction asks
-    /// and no more than they can. Distances are in units of what friction holds (see `missing` for what is not possible). Wrenches that hold
+    /// and no more than they can. Distances are in units of what friction holds (see `shortfall` for what is not possible). Wrenches that hold
     /// are returned as they are; others lie within the cones by a little: 1e-6 of the forces.
     ///
     /// # Errors
@@ -290,8 +290,8 @@ impl Robot {
         };
         let hands = [hand(0, -1.0), hand(1, 1.0)];
         let weight = hands.iter().map(|h| h.B.transpose() * h.B).sum();
-        let (x, missing) = Problem { hands, weight }.solve();
-        let mut out = Gripped { wrenches: *wrenches, missing };
+        let (x, shortfall) = Problem { hands, weight }.solve();
+        let mut out = Gripped { wrenches: *wrenches, shortfall };
         let l = x.fixed_rows::<6>(0).into_owned();
         if l != Vector6::zeros() {
             for (i, sign) in [(0, -1.0), (1, 1.0)] {

@@ -136,7 +136,7 @@ impl Robot {
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::NotHeld`], [`RobotError::Length`], [`RobotError::NotFinite`],
     /// [`RobotError::NotAChain`]; then nothing is written.
-    pub fn feed_forward_with(
+    pub fn feed_forward_with_object(
         &mut self,
         (v, vdot): (&[f64], &[f64]),
         object: Object,
@@ -179,7 +179,11 @@ impl Robot {
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NoJoints`], [`RobotError::NotHeld`], [`RobotError::Length`].
-    pub fn mass_matrix_with(&mut self, object: Object, M: &mut [f64]) -> Result<(), RobotError> {
+    pub fn mass_matrix_with_object(
+        &mut self,
+        object: Object,
+        M: &mut [f64],
+    ) -> Result<(), RobotError> {
         let (nv, own) = (self.tree.nv(), self.linkage(object)?.tree.nv());
         let n = own - ROOT_V;
         length("M", M.len(), (nv + n) * (nv + n))?;

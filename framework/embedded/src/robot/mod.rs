@@ -6,43 +6,43 @@ mod dual;
 mod force;
 mod grip;
 mod hold;
+mod inverse_kinematics;
 mod kinematics;
 mod linkage;
 mod many;
 mod mass;
 mod mount;
+mod objective;
 mod obstacles;
+mod planner;
 mod predict;
 mod prefer;
 mod rate_control;
-mod reach;
 mod task;
 mod timing;
-mod together;
 mod transfer;
-mod way;
 mod whole_body;
-mod wish;
+mod whole_body_ik;
 
 pub use closure::{Closing, ClosureRank};
 pub use collide::{Path, PathProgress};
-pub use dual::{Balance, HandWeights, MoveSqueeze, Shared};
+pub use dual::{Balance, HandWeights, HandWrenches, Shared};
 pub use force::Push;
 pub use grip::{Friction, Gripped};
 pub use hold::{Grasp, Hold};
+pub use inverse_kinematics::{Answer, Effort, Frame, Outcome};
 pub use many::collides_all;
 pub use mount::Mount;
+pub use objective::{Aim, Objective};
+pub use planner::{PlanOutcome, Planner, Search};
 pub use predict::Predictor;
 pub use prefer::{Best, Prefer};
 pub use rate_control::{Guards, RateControl};
-pub use reach::{Answer, Effort, Frame, Outcome};
 pub use task::{Impedance, TaskSpace};
 pub use timing::{MotionLimits, Timed, Timing};
-pub use together::{TipGoal, WholeReach};
 pub use transfer::{MotionState, Transfer, Transferred};
-pub use way::{Planner, Search, Way};
 pub use whole_body::{Balanced, Touch, WholeBody};
-pub use wish::{Aim, Wish};
+pub use whole_body_ik::{TipGoal, WholeBodyIk};
 
 use crate::error::RobotError;
 use crate::model::RobotModel;
@@ -140,7 +140,7 @@ impl Robot {
                 q: vec![0.0; c.q.len()],
                 carrier_q: vec![0.0; c.carrier.as_ref().map_or(0, |c| c.q.len())],
                 J: vec![0.0; 6 * c.v.len()],
-                ik: reach::memory(c),
+                ik: inverse_kinematics::memory(c),
                 best: vec![0.0; c.q.len()],
                 scale: vec![0.0; c.v.len()],
                 fresh: false,

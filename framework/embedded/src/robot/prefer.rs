@@ -7,7 +7,7 @@
 //! Each start that leads to the goal is improved along the null space to a local minimum of c; the least is the answer.
 //! Coordinates without limits are not drawn to a middle; for `near` their range is 2π or 2π m.
 
-use super::reach::{Effort, Frame, Outcome};
+use super::inverse_kinematics::{Effort, Frame, Outcome};
 use super::{ChainMemory, Robot};
 use crate::error::RobotError;
 use crate::manipulability::{Manipulability, Rows};
@@ -82,7 +82,7 @@ impl Robot {
     ///
     /// # Errors
     /// As [`reach`](Self::reach); [`RobotError::OutOfRange`] for weights that are negative or all zero.
-    pub fn reach_best(
+    pub fn inverse_kinematics_best(
         &mut self,
         part: Part,
         goal: &Goal,
@@ -100,7 +100,7 @@ impl Robot {
                 break;
             }
             let one = Effort { restarts: start, ..*effort };
-            self.begin_reach(part, goal, frame, &one, q)?;
+            self.begin_inverse_kinematics(part, goal, frame, &one, q)?;
             let model = &self.model;
             let chain = model.chain(part)?;
             let Some(memory) = self.chains[part.index()].as_mut() else {

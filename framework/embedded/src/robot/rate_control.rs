@@ -1,4 +1,4 @@
-//! Rates for several wishes in order of priority, away from limits of joints and from singular configurations: redundancy in control.
+//! Rates for several objectives in order of priority, away from limits of joints and from singular configurations: redundancy in control.
 //!
 //! ```text
 //! level k      min |J_k v − ẋ_k|²          nothing is taken from levels before
@@ -9,7 +9,7 @@
 //! As a bound of the rate of its manipulability w a chain slows down towards a singular configuration, and does not swing through it; below its least it goes
 //! back up, as fast as half of what its limits leave.
 
-use super::wish::{Terms, Wish};
+use super::objective::{Objective, Terms};
 use super::{Robot, numbers};
 use crate::error::RobotError;
 use crate::manipulability::Rows;
@@ -30,7 +30,7 @@ pub struct Guards<'a> {
 #[derive(Clone, Debug)]
 pub struct RateControl {
     nv: usize,
-    wishes: usize,
+    objectives: usize,
     chains: usize,
     problem: Priorities,
     A: Vec<f64>,
@@ -42,14 +42,14 @@ pub struct RateControl {
 }
 
 impl RateControl {
-    /// With room for so many wishes and guarded chains. Allocates: once, at set-up.
+    /// With room for so many objectives and guarded chains. Allocates: once, at set-up.
     #[must_use]
-    pub fn new(robot: &Robot, wishes: usize, chains: usize) -> Self {
+    pub fn new(robot: &Robot, objectives: usize, chains: usize) -> Self {
         let nv = robot.tree.nv();
-        let rows = wishes * nv.max(6);
+        let rows = objectives * nv.max(6);
         Self {
             nv,
-            wishes,
+            objectives,
             chains,
             problem: Priorities::new(nv, rows, 2 * nv + chains),
             A: vec![0.0; rows * nv],
@@ -60,7 +60,7 @@ impl RateControl {
         }
     }
 
-    /// Rates `v` (nv) at the robot's q: within limits of the model, as near to each wish as those before it allow. `residuals` takes |J v − ẋ| of each
+    /// Rates `v` (nv) at the robot's q: within limits of the model, as near to each objective as those before it allow. `residuals` takes |J v − ẋ| of each
     /// level, weights counted (as many as there are levels).
     ///
     /// # Errors
@@ -70,7 +70,7 @@ impl RateControl {
     pub fn solve(
         &mut self,
         robot: &mut Robot,
-        wishes: &[Wish<'_>],
+        objectives: &[Objective<'_>],
         guards: &Guards<'_>,
         v: &mut [f64],
         residuals: &mut [f64],
@@ -80,7 +80,7 @@ impl RateControl {
             return Err(RobotError::ForeignHandle);
         }
         robot.model.open_tree("a control of rates")?;
-        robot.check_wishes(wishes, self.wishes)?;
+        robot.check_objectives(objectives, self.objectives)?;
         if v.len() != nv {
             return Err(RobotError::Length { what: "v", got: v.len(), wanted: nv });
         }
@@ -97,7 +97,7 @@ impl RateControl {
         robot.fresh = true;
         self.problem.begin();
         self.guard(robot, guards)?;
-        let (mut level, mut count) = (Robot::next_level(wishes, None), 0);
+        let (mut level, mut count) = (Robot::next_level(objectives, None), 0);
         let help = "guards of chains contradict each other: ask for less manipulability, or give a longer horizon";
         let failed = RobotError::Singular { what: "rates within all guards", help };
         if level.is_none() {
@@ -105,7 +105,7 @@ impl RateControl {
         }
         while let Some(at) = level {
             let room = (&mut self.A[..], &mut self.b[..]);
-            let rows = robot.level_rows(wishes, at, Terms::Rates, nv, room)?;
+            let rows = robot.level_rows(objectives, at, Terms::Rates, nv, room)?;
             let met = self.problem.level(&self.A[..nv * rows], &self.b[..rows]);
             let residual = met.map_err(|_| failed)?.residual;
             let Some(to) = residuals.get_mut(count) else {
@@ -114,7 +114,7 @@ impl RateControl {
             };
             *to = residual;
             count += 1;
-            level = Robot::next_level(wishes, Some(at));
+            level = Robot::next_level(objectives, Some(at));
         }
         v.copy_from_slice(self.problem.x());
         Ok(())

@@ -1,4 +1,4 @@
-//! Forces of the whole robot for wishes in order of priority, with contacts that press and do not slip, within limits of effort.
+//! Forces of the whole robot for objectives in order of priority, with contacts that press and do not slip, within limits of effort.
 //!
 //! ```text
 //! M v̇ + h = τ + Σ J_cᵀ f_c                    h = C + g, with what is held;  f_c: on the robot
@@ -7,12 +7,12 @@
 //! level 1   rows of M v̇ + h − Σ J_cᵀ f_c that nothing drives are zero
 //! level 2   J_c v̇ = −J̇_c v                     what touches stays where it is
 //! level 3   m = 0                               |τ| ≤ (1 + m) effort,  n·f_c ≤ (1 + m) most
-//! then      the wishes: J_k v̇ = a_k − J̇_k v
+//! then      the objectives: J_k v̇ = a_k − J̇_k v
 //! last      min Σ (τ/effort)²
 //! ```
 //! Every level takes nothing from those before ([`Priorities`]). Infeasible is an answer: what is missing, with the best motion and forces that there are.
 
-use super::wish::{Terms, Wish};
+use super::objective::{Objective, Terms};
 use super::{Robot, numbers};
 use crate::error::RobotError;
 use crate::part::Part;
@@ -43,7 +43,7 @@ pub struct Balanced {
     /// Accelerations of what should stand still, m/s²: contacts that contradict each other.
     pub slipping: f64,
     /// By which share all limits of effort and of normal forces would have to be larger. Zero: they suffice.
-    pub missing: f64,
+    pub shortfall: f64,
 }
 
 /// Edges of a pyramid.
@@ -54,7 +54,7 @@ const EDGES: usize = 4;
 pub struct WholeBody {
     nv: usize,
     touches: usize,
-    wishes: usize,
+    objectives: usize,
     problem: Priorities,
     A: Vec<f64>,
     b: Vec<f64>,
@@ -68,17 +68,17 @@ pub struct WholeBody {
 }
 
 impl WholeBody {
-    /// With room for so many touching points and wishes. Allocates: once, at set-up.
+    /// With room for so many touching points and objectives. Allocates: once, at set-up.
     #[must_use]
-    pub fn new(robot: &Robot, touches: usize, wishes: usize) -> Self {
+    pub fn new(robot: &Robot, touches: usize, objectives: usize) -> Self {
         let nv = robot.tree.nv();
         let n = nv + EDGES * touches + 1;
-        let rows = (wishes * nv.max(6)).max(nv).max(3 * touches).max(1);
+        let rows = (objectives * nv.max(6)).max(nv).max(3 * touches).max(1);
         let bounds = 2 * nv + (EDGES + 1) * touches;
         Self {
             nv,
             touches,
-            wishes,
+            objectives,
             problem: Priorities::new(n, rows, bounds),
             A: vec![0.0; rows * n],
             b: vec![0.0; rows],
@@ -92,7 +92,7 @@ impl WholeBody {
     }
 
     /// Forces `tau` (nv), accelerations `vdot` (nv) and forces on the robot at the touching points (world axes, N) into `forces`, at the robot's q and rates `v`
-    /// (nv). `effort` (nv): limits of forces, N m and N; zero where nothing drives. Between wishes of one level the least sum of squares counts. The numbers
+    /// (nv). `effort` (nv): limits of forces, N m and N; zero where nothing drives. Between objectives of one level the least sum of squares counts. The numbers
     /// solve a problem of nv + 4 · touches + 1 unknowns for each level.
     ///
     /// # Errors
@@ -104,12 +104,12 @@ impl WholeBody {
         robot: &mut Robot,
         v: &[f64],
         touches: &[Touch],
-        wishes: &[Wish<'_>],
+        objectives: &[Objective<'_>],
         effort: &[f64],
         (tau, vdot, forces): (&mut [f64], &mut [f64], &mut [Vec3]),
     ) -> Result<Balanced, RobotError> {
         robot.model.open_tree("a control of forces")?;
-        self.check(robot, v, touches, wishes, effort)?;
+        self.check(robot, v, touches, objectives, effort)?;
         for (what, got, wanted) in [
             ("tau", tau.len(), self.nv),
             ("vdot", vdot.len(), self.nv),
@@ -160,13 +160,13 @@ impl WholeBody {
         self.row.fill(0.0);
         self.row[n - 1] = 1.0;
         self.problem.level(&self.row, &[0.0]).map_err(|_| failed)?;
-        let missing = self.problem.x()[n - 1].max(0.0);
-        let mut level = Robot::next_level(wishes, None);
+        let shortfall = self.problem.x()[n - 1].max(0.0);
+        let mut level = Robot::next_level(objectives, None);
         while let Some(at) = level {
             let room = (&mut self.A[..], &mut self.b[..]);
-            let rows = robot.level_rows(wishes, at, Terms::Accelerations, n, room)?;
+            let rows = robot.level_rows(objectives, at, Terms::Accelerations, n, room)?;
             self.problem.level(&self.A[..n * rows], &self.b[..rows]).map_err(|_| failed)?;
-            level = Robot::next_level(wishes, Some(at));
+            level = Robot::next_level(objectives, Some(at));
         }
         // Last: the least effort.
         let mut rows = 0;
@@ -181,7 +181,7 @@ impl WholeBody {
         }
         self.problem.level(&self.A[..n * rows], &self.b[..rows]).map_err(|_| failed)?;
         self.take(touches.len(), effort, (tau, vdot, forces));
-        Ok(Balanced { unbalanced, slipping, missing })
+        Ok(Balanced { unbalanced, slipping, shortfall })
     }
 
     fn check(
@@ -189,14 +189,14 @@ impl WholeBody {
         robot: &Robot,
         v: &[f64],
         touches: &[Touch],
-        wishes: &[Wish<'_>],
+        objectives: &[Objective<'_>],
         effort: &[f64],
     ) -> Result<(), RobotError> {
         if robot.tree.nv() != self.nv {
             return Err(RobotError::ForeignHandle);
         }
         numbers("v", v, self.nv)?;
-        robot.check_wishes(wishes, self.wishes)?;
+        robot.check_objectives(objectives, self.objectives)?;
         if touches.len() > self.touches {
             let (wanted, room) = (touches.len(), self.touches);
             return Err(RobotError::NoRoom { what: "touching points", wanted, room });

@@ -200,7 +200,7 @@ typedef enum LwOutcome {
   LW_OUTCOME_MET,
   // No start led there: this is the nearest of all.
   LW_OUTCOME_NEAREST,
-  // The effort was used up; `lw_robot_reach_on` goes on.
+  // The effort was used up; `lw_robot_resume_inverse_kinematics` goes on.
   LW_OUTCOME_UNFINISHED,
 } LwOutcome;
 
@@ -217,18 +217,18 @@ typedef enum LwPathOutcome {
 } LwPathOutcome;
 
 // How a search for a way ended.
-typedef enum LwWayOutcome {
-  // `lw_planner_way` gives it: free from end to end.
-  LW_WAY_OUTCOME_FOUND,
+typedef enum LwPlanOutcome {
+  // `lw_planner_path` gives it: free from end to end.
+  LW_PLAN_OUTCOME_FOUND,
   // The start touches something.
-  LW_WAY_OUTCOME_BLOCKED_START,
+  LW_PLAN_OUTCOME_BLOCKED_START,
   // The goal touches something.
-  LW_WAY_OUTCOME_BLOCKED_GOAL,
+  LW_PLAN_OUTCOME_BLOCKED_GOAL,
   // The room was used up. There may be a way, or none.
-  LW_WAY_OUTCOME_NOT_FOUND,
-  // The places asked for were used up; `lw_planner_go_on` goes on.
-  LW_WAY_OUTCOME_UNFINISHED,
-} LwWayOutcome;
+  LW_PLAN_OUTCOME_NOT_FOUND,
+  // The places asked for were used up; `lw_planner_resume` goes on.
+  LW_PLAN_OUTCOME_UNFINISHED,
+} LwPlanOutcome;
 
 // What a model is made of, while it is put together. For one thread at a time.
 typedef struct LwBuilder LwBuilder;
@@ -246,7 +246,7 @@ typedef struct LwPredictor LwPredictor;
 // A problem of least squares in order of priority: unknowns x with bounds c x <= d, and levels A x = b, of which each takes nothing from those before. For one thread at a time.
 typedef struct LwPriorities LwPriorities;
 
-// Memory of rates for wishes. For robots of one model, and one call at a time.
+// Memory of rates for objectives. For robots of one model, and one call at a time.
 typedef struct LwRateControl LwRateControl;
 
 // One instance of a model, with all the memory that its calls take. For one thread at a time: a call that meets another one answers `LW_STATUS_BUSY`.
@@ -262,11 +262,11 @@ typedef struct LwTiming LwTiming;
 // Memory of transfers. For robots of one model, and one call at a time.
 typedef struct LwTransfer LwTransfer;
 
-// Memory of forces for wishes with contacts. For robots of one model, and one call at a time.
+// Memory of forces for objectives with contacts. For robots of one model, and one call at a time.
 typedef struct LwWholeBody LwWholeBody;
 
 // A search of the whole, with its memory. For robots of one model, and one call at a time.
-typedef struct LwWholeReach LwWholeReach;
+typedef struct LwWholeBodyIk LwWholeBodyIk;
 
 // A pose: where a frame is in another.
 typedef struct LwPose {
@@ -335,7 +335,7 @@ typedef struct LwImpedance {
 } LwImpedance;
 
 // One thing that is asked, of rates (`lw_rate_control_solve`) or of accelerations (`lw_whole_body_solve`). What its kind does not use is not read.
-typedef struct LwWish {
+typedef struct LwObjective {
   // One of `LW_WISH_..`.
   uint32_t kind;
   // Lower ones come first; those of one level are met together, in the sense of least squares.
@@ -354,7 +354,7 @@ typedef struct LwWish {
   const double *posture;
   // How many numbers the posture has: nv.
   size_t posture_count;
-} LwWish;
+} LwObjective;
 
 // A chain whose manipulability is not to fall below a number.
 typedef struct LwGuard {
@@ -385,7 +385,7 @@ typedef struct LwBalanced {
   // Accelerations of what should stand still, m/s^2: contacts that contradict each other.
   double slipping;
   // By which share all limits of effort and of normal forces would have to be larger.
-  double missing;
+  double shortfall;
 } LwBalanced;
 
 // When inverse kinematics is content, and how long it tries: in work, never in time.
@@ -509,14 +509,14 @@ typedef struct LwShared {
 } LwShared;
 
 // What two hands do to an object, told apart: first hand, then second, each about its own tip.
-typedef struct LwMoveSqueeze {
+typedef struct LwHandWrenches {
   // What moves the object.
   struct LwWrench moving[2];
   // What only squeezes it.
   struct LwWrench squeezing[2];
   // The sum, about the object's origin.
   struct LwWrench net;
-} LwMoveSqueeze;
+} LwHandWrenches;
 
 // What a hand can hold by friction: a patch that is pressed evenly.
 typedef struct LwFriction {
@@ -535,7 +535,7 @@ typedef struct LwGripped {
   // On the object: first hand, then second, each about its own tip.
   struct LwWrench wrenches[2];
   // 0 when both hold. Else no wrenches do: the least force by which cones and limits would have to be wider, N; the wrenches are those that would hold then.
-  double missing;
+  double shortfall;
 } LwGripped;
 
 // The inertia of a rigid body.
@@ -593,14 +593,14 @@ typedef struct LwSearch {
 } LwSearch;
 
 // What is told of a way.
-typedef struct LwWay {
+typedef struct LwPlan {
   // How many configurations it has, both ends counted; 0 when none was found.
   size_t rows;
   // Two that touch at a blocked end; else zero.
   struct LwPair pair;
   // How the search ended.
-  enum LwWayOutcome outcome;
-} LwWay;
+  enum LwPlanOutcome outcome;
+} LwPlan;
 
 // Limits of a motion: a number for each degree of freedom, above zero, infinite for none. All arrays have the same length.
 typedef struct LwMotionLimits {
@@ -681,9 +681,9 @@ enum LwStatus lw_builder_message(const struct LwBuilder *builder,
 // A folder that holds packages, for `package://name/..` in files that are read afterwards.
 enum LwStatus lw_builder_packages(struct LwBuilder *builder, const char *folder);
 
-// Before the robot is read: its loops and couplings, such as joints that mimic others, are kept. `lw_whole_reach_solve` and `lw_whole_reach_best` keep them closed. Kinematics, collisions,
+// Before the robot is read: its loops and couplings, such as joints that mimic others, are kept. `lw_whole_body_ik_solve` and `lw_whole_body_ik_best` keep them closed. Kinematics, collisions,
 // masses and forces are those of the tree at the q given, as if every coordinate had a motor of its own. What would open them is `LW_STATUS_DOES_NOT_CLOSE`: searches, rates and ways of a
-// chain that takes part in them, ways between configurations, wishes, operational space, predictions, timings and transfers.
+// chain that takes part in them, ways between configurations, objectives, operational space, predictions, timings and transfers.
 enum LwStatus lw_builder_keep_closures(struct LwBuilder *builder);
 
 // The robot, from a URDF, MJCF or SDF file. `root`: one of `LW_ROOT_...`; `inertia`: one of `LW_INERTIA_...`. Loops and couplings, such as
@@ -1062,7 +1062,7 @@ enum LwStatus lw_robot_manipulability(struct LwRobot *robot,
 
 // Rates of a chain at the robot's q, into its places of `v` (`n` = nv; the others stay), for which its tip moves as nearly as it can by `twist` (6 numbers: angular, rad/s, then
 // linear, m/s; at the tip's origin, world axes, seen from the chain's base): of all such rates the least, within limits of rate, and not outward at a limit of a coordinate. What is missing
-// into `missing` (2 numbers, rad/s and m/s; NULL: not asked for). For several wishes, and guards, see `lw_rate_control_solve`.
+// into `missing` (2 numbers, rad/s and m/s; NULL: not asked for). For several objectives, and guards, see `lw_rate_control_solve`.
 enum LwStatus lw_robot_rates(struct LwRobot *robot,
                              uint32_t part,
                              const double *twist,
@@ -1115,23 +1115,23 @@ enum LwStatus lw_task_space_impedance(struct LwRobot *robot,
                                       const double *rest,
                                       double *tau);
 
-// Memory of `lw_rate_control_solve` with room for so many wishes and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
+// Memory of `lw_rate_control_solve` with room for so many objectives and guarded chains (1024 each at most), into `out`; free it with `lw_rate_control_free`. It serves every robot of the same model.
 enum LwStatus lw_rate_control_new(struct LwRobot *robot,
-                                  size_t wishes,
+                                  size_t objectives,
                                   size_t guards,
                                   struct LwRateControl **out);
 
 // Frees it; NULL is none.
 void lw_rate_control_free(struct LwRateControl *control);
 
-// Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each wish as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
+// Rates, into `v` (`n` = nv), at the robot's q: within limits of rate, as near to each objective as those of lower levels allow, and of all such rates the least. A limit of a coordinate may be reached in
 // the time `horizon` (s, above zero: a few periods of the control) at the earliest; so may the least manipulability of each of the `guard_count` chains in `guards`: towards a singular
 // configuration a chain slows down. What is missing, |J v - asked| with weights, into `residuals`, a number for each level in their order (`levels`: how many different ones there are; NULL
 // and 0: not asked for). A coordinate outside its limits comes back as fast as it may.
 // `LW_STATUS_SINGULAR` when guards contradict each other.
 enum LwStatus lw_rate_control_solve(struct LwRobot *robot,
                                     struct LwRateControl *control,
-                                    const struct LwWish *wishes,
+                                    const struct LwObjective *objectives,
                                     size_t wish_count,
                                     double horizon,
                                     const struct LwGuard *guards,
@@ -1141,17 +1141,17 @@ enum LwStatus lw_rate_control_solve(struct LwRobot *robot,
                                     double *residuals,
                                     size_t levels);
 
-// Memory of `lw_whole_body_solve` with room for so many touching points and wishes (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
+// Memory of `lw_whole_body_solve` with room for so many touching points and objectives (1024 each at most), into `out`; free it with `lw_whole_body_free`. It serves every robot of the same model.
 enum LwStatus lw_whole_body_new(struct LwRobot *robot,
                                 size_t touches,
-                                size_t wishes,
+                                size_t objectives,
                                 struct LwWholeBody **out);
 
 // Frees it; NULL is none.
 void lw_whole_body_free(struct LwWholeBody *body);
 
 // Forces into `tau`, accelerations into `vdot`, at the robot's q and rates `v`, and forces on the robot at the `touch_count` touching points into `forces` (3 numbers each, world axes, N):
-// first the balance of what nothing drives, then contacts that do not slip, then limits, then the wishes (accelerations) by levels, at last the least effort. `effort`: limits of force, N m
+// first the balance of what nothing drives, then contacts that do not slip, then limits, then the objectives (accelerations) by levels, at last the least effort. `effort`: limits of force, N m
 // and N; zero where nothing drives, infinite for none. `v`, `effort`, `tau`, `vdot`: `n` = nv each. What could not be done is an answer, in `out`, with the best motion there is.
 enum LwStatus lw_whole_body_solve(struct LwRobot *robot,
                                   struct LwWholeBody *body,
@@ -1160,7 +1160,7 @@ enum LwStatus lw_whole_body_solve(struct LwRobot *robot,
                                   size_t n,
                                   const struct LwTouch *touches,
                                   size_t touch_count,
-                                  const struct LwWish *wishes,
+                                  const struct LwObjective *objectives,
                                   size_t wish_count,
                                   double *tau,
                                   double *vdot,
@@ -1183,12 +1183,12 @@ enum LwStatus lw_support_margin(const double *hull,
                                 const double *p,
                                 double *margin);
 
-// The effort that `lw_robot_reach` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
+// The effort that `lw_robot_inverse_kinematics` takes for NULL: 1e-9 m and rad, 100 steps from each of 65 starts, no other bound.
 enum LwStatus lw_effort_default(struct LwEffort *out);
 
 // Moves the chain's numbers in `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until its tip meets the goal, within
 // limits. The robot's own q does not change. *Not reached* is an answer, not an error. `effort`: NULL for the default.
-enum LwStatus lw_robot_reach(struct LwRobot *robot,
+enum LwStatus lw_robot_inverse_kinematics(struct LwRobot *robot,
                              uint32_t part,
                              const struct LwGoal *goal,
                              const struct LwEffort *effort,
@@ -1196,9 +1196,9 @@ enum LwStatus lw_robot_reach(struct LwRobot *robot,
                              size_t n,
                              struct LwAnswer *answer);
 
-// As `lw_robot_reach`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
+// As `lw_robot_inverse_kinematics`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
 // evaluations together. When no start leads there, `q` is the nearest of the last of them.
-enum LwStatus lw_robot_reach_best(struct LwRobot *robot,
+enum LwStatus lw_robot_inverse_kinematics_best(struct LwRobot *robot,
                                   uint32_t part,
                                   const struct LwGoal *goal,
                                   const struct LwPrefer *prefer,
@@ -1208,7 +1208,7 @@ enum LwStatus lw_robot_reach_best(struct LwRobot *robot,
                                   struct LwBest *best);
 
 // Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
-enum LwStatus lw_robot_reach_on(struct LwRobot *robot,
+enum LwStatus lw_robot_resume_inverse_kinematics(struct LwRobot *robot,
                                 uint32_t part,
                                 size_t kinematics,
                                 double *q,
@@ -1218,7 +1218,7 @@ enum LwStatus lw_robot_reach_on(struct LwRobot *robot,
 // All configurations within limits that bring the tip of an arm of six or seven hinges with a closed form to a pose, into `solutions` (`rows` times `n` = nq
 // numbers; 8 rows are always enough), those nearest to `q` (`n`) first, and how many there are into `count`: none is an answer, not an error. `q` says where
 // what carries the arm is, and of whole turns which are meant. `held`: the place in β of that hinge of seven which stays as it is in `q`; -1: the library chooses it.
-enum LwStatus lw_robot_reach_all(struct LwRobot *robot,
+enum LwStatus lw_robot_inverse_kinematics_all(struct LwRobot *robot,
                                  uint32_t part,
                                  int64_t held,
                                  const struct LwGoal *goal,
@@ -1228,30 +1228,30 @@ enum LwStatus lw_robot_reach_all(struct LwRobot *robot,
                                  size_t rows,
                                  size_t *count);
 
-// Memory of `lw_whole_reach_solve` with room for so many goals (1024 at most) and two hands on every object, into `out`; free it with `lw_whole_reach_free`. It serves every robot of the same model.
-enum LwStatus lw_whole_reach_new(struct LwRobot *robot,
+// Memory of `lw_whole_body_ik_solve` with room for so many goals (1024 at most) and two hands on every object, into `out`; free it with `lw_whole_body_ik_free`. It serves every robot of the same model.
+enum LwStatus lw_whole_body_ik_new(struct LwRobot *robot,
                                  size_t goals,
-                                 struct LwWholeReach **out);
+                                 struct LwWholeBodyIk **out);
 
 // Frees it; NULL is none.
-void lw_whole_reach_free(struct LwWholeReach *search);
+void lw_whole_body_ik_free(struct LwWholeBodyIk *search);
 
 // Keeps the hinges of a part's bodies where they are in searches from now on. A search that was begun ends.
-enum LwStatus lw_whole_reach_keep(struct LwRobot *robot,
-                                  struct LwWholeReach *search,
+enum LwStatus lw_whole_body_ik_keep(struct LwRobot *robot,
+                                  struct LwWholeBodyIk *search,
                                   uint32_t part);
 
 // Lets them move again.
-enum LwStatus lw_whole_reach_release(struct LwRobot *robot,
-                                     struct LwWholeReach *search,
+enum LwStatus lw_whole_body_ik_release(struct LwRobot *robot,
+                                     struct LwWholeBodyIk *search,
                                      uint32_t part);
 
 // Moves `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until every tip meets its goal, within limits, with all that carries them. What two
 // hands of the robot hold now is held in the answer, and loops and couplings are closed; without goals it closes what is open. `effort`: NULL for the default. Of `answer` position and
 // orientation are the greatest of all goals; those of each, m and rad, go into `residuals` (`m` = 2 `goal_count`; NULL and 0: not asked for).
 // `LW_STATUS_DOES_NOT_CLOSE` where nothing closes all: `q` is then where it is least open, position and orientation of `answer` are how far.
-enum LwStatus lw_whole_reach_solve(struct LwRobot *robot,
-                                   struct LwWholeReach *search,
+enum LwStatus lw_whole_body_ik_solve(struct LwRobot *robot,
+                                   struct LwWholeBodyIk *search,
                                    const struct LwTipGoal *goals,
                                    size_t goal_count,
                                    const struct LwEffort *effort,
@@ -1261,9 +1261,9 @@ enum LwStatus lw_whole_reach_solve(struct LwRobot *robot,
                                    size_t m,
                                    struct LwAnswer *answer);
 
-// Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Answers as `lw_whole_reach_solve`.
-enum LwStatus lw_whole_reach_go_on(struct LwRobot *robot,
-                                   struct LwWholeReach *search,
+// Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Answers as `lw_whole_body_ik_solve`.
+enum LwStatus lw_whole_body_ik_resume(struct LwRobot *robot,
+                                   struct LwWholeBodyIk *search,
                                    size_t kinematics,
                                    double *q,
                                    size_t n,
@@ -1271,10 +1271,10 @@ enum LwStatus lw_whole_reach_go_on(struct LwRobot *robot,
                                    size_t m,
                                    struct LwAnswer *answer);
 
-// As `lw_whole_reach_solve`, from several starts, each improved among the configurations that meet all goals with everything closed, into `best`: near the middle of the limits of all that
+// As `lw_whole_body_ik_solve`, from several starts, each improved among the configurations that meet all goals with everything closed, into `best`: near the middle of the limits of all that
 // moves, and far from singular configurations of the goals' chains. `restarts` of the effort does not count; its `kinematics` bounds all evaluations together. The robot's own q does not change.
-enum LwStatus lw_whole_reach_best(struct LwRobot *robot,
-                                  struct LwWholeReach *search,
+enum LwStatus lw_whole_body_ik_best(struct LwRobot *robot,
+                                  struct LwWholeBodyIk *search,
                                   const struct LwTipGoal *goals,
                                   size_t goal_count,
                                   const struct LwPrefer *prefer,
@@ -1283,15 +1283,15 @@ enum LwStatus lw_whole_reach_best(struct LwRobot *robot,
                                   size_t n,
                                   struct LwBest *best);
 
-// Evaluations of the kinematics after which `lw_whole_reach_solve` has ended for these goals at the latest, whatever the start, the goals' numbers and what hands hold, into `steps`; SIZE_MAX for more.
-enum LwStatus lw_whole_reach_worst_case_steps(struct LwRobot *robot,
-                                              struct LwWholeReach *search,
+// Evaluations of the kinematics after which `lw_whole_body_ik_solve` has ended for these goals at the latest, whatever the start, the goals' numbers and what hands hold, into `steps`; SIZE_MAX for more.
+enum LwStatus lw_whole_body_ik_worst_case_steps(struct LwRobot *robot,
+                                              struct LwWholeBodyIk *search,
                                               const struct LwTipGoal *goals,
                                               size_t goal_count,
                                               const struct LwEffort *effort,
                                               size_t *steps);
 
-// Evaluations of the kinematics after which `lw_robot_reach` has ended for such a goal at the latest, whatever the chain, the start and the goal's numbers, into `steps`; SIZE_MAX for more.
+// Evaluations of the kinematics after which `lw_robot_inverse_kinematics` has ended for such a goal at the latest, whatever the chain, the start and the goal's numbers, into `steps`; SIZE_MAX for more.
 // What a caller in real time counts on; most searches take a hundredth of it. `effort`: NULL for the default.
 enum LwStatus lw_effort_worst_case_steps(const struct LwEffort *effort,
                                          const struct LwGoal *goal,
@@ -1349,7 +1349,7 @@ enum LwStatus lw_robot_set_object_q(struct LwRobot *robot,
 
 // As `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each) while the joints of a held object move: `rates` and `accelerations` of theirs, and into `forces` what they take
 // (`m` each: how many it has). Joints of other objects stand still.
-enum LwStatus lw_robot_feed_forward_with(struct LwRobot *robot,
+enum LwStatus lw_robot_feed_forward_with_object(struct LwRobot *robot,
                                          const double *v,
                                          const double *vdot,
                                          size_t n,
@@ -1391,7 +1391,7 @@ enum LwStatus lw_robot_object_body_pose(struct LwRobot *robot,
 
 // The mass matrix at the robot's q with the m joints of an object that it holds in the last rows and columns, into `M` (nv + m rows of nv + m, row after row; `n` = their product). Joints of
 // other objects stand still.
-enum LwStatus lw_robot_mass_matrix_with(struct LwRobot *robot,
+enum LwStatus lw_robot_mass_matrix_with_object(struct LwRobot *robot,
                                         uint32_t object,
                                         double *M,
                                         size_t n);
@@ -1419,7 +1419,7 @@ enum LwStatus lw_robot_squeeze(struct LwRobot *robot,
                                struct LwWrench *wrenches);
 
 // Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second, each about its tip), at the robot's q.
-enum LwStatus lw_robot_exert(struct LwRobot *robot,
+enum LwStatus lw_robot_add_hand_wrenches(struct LwRobot *robot,
                              uint32_t object,
                              const struct LwWrench *wrenches,
                              double *tau,
@@ -1427,11 +1427,11 @@ enum LwStatus lw_robot_exert(struct LwRobot *robot,
 
 // Tells the wrenches of two hands on an object (2: first hand, then second, each about its tip) apart into `out`: what moves it, of least weighted sum of squares, and what only squeezes
 // it. `weights` (3 numbers, above zero): of the first hand, of the second, and of 1 N m against 1 N (1/m^2).
-enum LwStatus lw_robot_move_squeeze(struct LwRobot *robot,
+enum LwStatus lw_robot_split_hand_wrenches(struct LwRobot *robot,
                                     uint32_t object,
                                     const struct LwWrench *wrenches,
                                     const double *weights,
-                                    struct LwMoveSqueeze *out);
+                                    struct LwHandWrenches *out);
 
 // Wrenches of two hands on an object under which neither slips, into `out`: those nearest to `wrenches` (2: first hand, then second, each about its tip) with the same net wrench, at the
 // robot's q. `friction` (2): what each hand can hold.
@@ -1649,17 +1649,17 @@ enum LwStatus lw_planner_plan(struct LwRobot *robot,
                               size_t n,
                               const struct LwSearch *search,
                               size_t places,
-                              struct LwWay *out);
+                              struct LwPlan *out);
 
 // Goes on with an unfinished search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
-enum LwStatus lw_planner_go_on(struct LwRobot *robot,
+enum LwStatus lw_planner_resume(struct LwRobot *robot,
                                struct LwPlanner *planner,
                                size_t places,
-                               struct LwWay *out);
+                               struct LwPlan *out);
 
 // The way that was found last, into `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all coordinates move in proportion; `n`: nq times the
-// `rows` of `LwWay`.
-enum LwStatus lw_planner_way(struct LwRobot *robot,
+// `rows` of `LwPlan`.
+enum LwStatus lw_planner_path(struct LwRobot *robot,
                              struct LwPlanner *planner,
                              double *way,
                              size_t n);
@@ -1674,7 +1674,7 @@ enum LwStatus lw_timing_new(struct LwRobot *robot,
 // Frees it; NULL is none.
 void lw_timing_free(struct LwTiming *timing);
 
-// Times a way from rest to rest as fast as limits allow, into `out`: whole configurations (nq numbers each) one after the other in `way` (`n` numbers), as `lw_planner_way` gives them. Where `round` is
+// Times a way from rest to rest as fast as limits allow, into `out`: whole configurations (nq numbers each) one after the other in `way` (`n` numbers), as `lw_planner_path` gives them. Where `round` is
 // zero the motion stands still at each corner; else corners are rounded so that no point is farther than `round` from the way (root of the sum of squares of coordinates, rad and m): then
 // ask `lw_timing_path_free`. `limits`: NULL for those of the model; limits of jerk do not count. With what is held; the robot's own q does not matter. *No motion keeps the limits* is an answer,
 // not an error. A call that fails may forget the way that was timed before.

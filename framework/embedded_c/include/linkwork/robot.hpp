@@ -169,30 +169,30 @@ inline LwPrefer near_given(std::size_t starts = 1) { return {0, 1, 0, 1, starts,
 inline LwPrefer manipulable(std::size_t starts = 1) { return {0, 0, 1, 1, starts, 400}; }
 
 // Wishes: what is asked of rates or accelerations. Their weight is 1.
-inline LwWish tip_wish(std::uint32_t level, std::uint32_t part, std::array<double, 6> motion,
+inline LwObjective tip_wish(std::uint32_t level, std::uint32_t part, std::array<double, 6> motion,
                        std::uint32_t rows = LW_ROWS_ALL, double length = 1) {
-  LwWish wish{};
-  wish.kind = LW_WISH_TIP;
-  wish.level = level;
-  wish.weight = 1;
-  for (std::size_t i = 0; i < 6; ++i) wish.motion[i] = motion[i];
-  wish.length = length;
-  wish.part = part;
-  wish.rows = rows;
-  return wish;
+  LwObjective objective{};
+  objective.kind = LW_WISH_TIP;
+  objective.level = level;
+  objective.weight = 1;
+  for (std::size_t i = 0; i < 6; ++i) objective.motion[i] = motion[i];
+  objective.length = length;
+  objective.part = part;
+  objective.rows = rows;
+  return objective;
 }
-inline LwWish center_wish(std::uint32_t level, std::array<double, 3> motion) {
-  LwWish wish = tip_wish(level, 0, {0, 0, 0, motion[0], motion[1], motion[2]});
-  wish.kind = LW_WISH_CENTER;
-  return wish;
+inline LwObjective center_wish(std::uint32_t level, std::array<double, 3> motion) {
+  LwObjective objective = tip_wish(level, 0, {0, 0, 0, motion[0], motion[1], motion[2]});
+  objective.kind = LW_WISH_CENTER;
+  return objective;
 }
 // The numbers stay where they are: they have to be there during the call.
-inline LwWish posture_wish(std::uint32_t level, Span<const double> posture) {
-  LwWish wish = tip_wish(level, 0, {});
-  wish.kind = LW_WISH_POSTURE;
-  wish.posture = posture.data();
-  wish.posture_count = posture.size();
-  return wish;
+inline LwObjective posture_wish(std::uint32_t level, Span<const double> posture) {
+  LwObjective objective = tip_wish(level, 0, {});
+  objective.kind = LW_WISH_POSTURE;
+  objective.posture = posture.data();
+  objective.posture_count = posture.size();
+  return objective;
 }
 
 // Corners of the hull of touching points, counter-clockwise: where the centre of mass may be above them. Allocates.
@@ -537,30 +537,30 @@ class Robot {
     return out;
   }
 
-  LwAnswer reach(std::uint32_t part, const LwGoal &goal, Span<double> q,
+  LwAnswer inverse_kinematics(std::uint32_t part, const LwGoal &goal, Span<double> q,
                  const std::optional<LwEffort> &effort = std::nullopt) {
     LwAnswer out;
-    check(lw_robot_reach(get(), part, &goal, effort ? &*effort : nullptr, q.data(), q.size(), &out));
+    check(lw_robot_inverse_kinematics(get(), part, &goal, effort ? &*effort : nullptr, q.data(), q.size(), &out));
     return out;
   }
   // Configurations one after the other, q.size() numbers each; held: -1, or the place in β of the hinge that stays as it is.
-  std::vector<double> reach_all(std::uint32_t part, const LwGoal &goal, Span<const double> q, std::int64_t held = -1) {
+  std::vector<double> inverse_kinematics_all(std::uint32_t part, const LwGoal &goal, Span<const double> q, std::int64_t held = -1) {
     constexpr std::size_t most = 8;
     std::vector<double> out(most * q.size());
     std::size_t count = 0;
-    check(lw_robot_reach_all(get(), part, held, &goal, q.data(), q.size(), out.data(), most, &count));
+    check(lw_robot_inverse_kinematics_all(get(), part, held, &goal, q.data(), q.size(), out.data(), most, &count));
     out.resize(count * q.size());
     return out;
   }
-  LwBest reach_best(std::uint32_t part, const LwGoal &goal, const LwPrefer &prefer, Span<double> q,
+  LwBest inverse_kinematics_best(std::uint32_t part, const LwGoal &goal, const LwPrefer &prefer, Span<double> q,
                     const std::optional<LwEffort> &effort = std::nullopt) {
     LwBest out;
-    check(lw_robot_reach_best(get(), part, &goal, &prefer, effort ? &*effort : nullptr, q.data(), q.size(), &out));
+    check(lw_robot_inverse_kinematics_best(get(), part, &goal, &prefer, effort ? &*effort : nullptr, q.data(), q.size(), &out));
     return out;
   }
-  LwAnswer reach_on(std::uint32_t part, std::size_t kinematics, Span<double> q) {
+  LwAnswer resume_inverse_kinematics(std::uint32_t part, std::size_t kinematics, Span<double> q) {
     LwAnswer out;
-    check(lw_robot_reach_on(get(), part, kinematics, q.data(), q.size(), &out));
+    check(lw_robot_resume_inverse_kinematics(get(), part, kinematics, q.data(), q.size(), &out));
     return out;
   }
 
@@ -571,14 +571,14 @@ class Robot {
     check(lw_robot_feed_forward(get(), v.data(), vdot.data(), v.size(), pushes.data(), pushes.size(), tau.data()));
   }
   // While the joints of a held object move: `rates`, `accelerations`, `forces` have a number for each of them.
-  void feed_forward_with(Span<const double> v, Span<const double> vdot, std::uint32_t object,
+  void feed_forward_with_object(Span<const double> v, Span<const double> vdot, std::uint32_t object,
                          Span<const double> rates, Span<const double> accelerations, Span<double> tau,
                          Span<double> forces, Span<const LwPush> pushes = {}) {
     if (v.size() != vdot.size() || v.size() != tau.size())
       throw Error(LW_STATUS_LENGTH, "`v`, `vdot` and `tau` differ in length\n  help: give nv numbers each");
     if (rates.size() != accelerations.size() || rates.size() != forces.size())
       throw Error(LW_STATUS_LENGTH, "`rates`, `accelerations` and `forces` differ in length\n  help: give a number for each joint");
-    check(lw_robot_feed_forward_with(get(), v.data(), vdot.data(), v.size(), object, rates.data(), accelerations.data(),
+    check(lw_robot_feed_forward_with_object(get(), v.data(), vdot.data(), v.size(), object, rates.data(), accelerations.data(),
                                      rates.size(), pushes.data(), pushes.size(), tau.data(), forces.data()));
   }
   void held_still(Span<double> tau, Span<const LwPush> pushes = {}) {
@@ -628,14 +628,14 @@ class Robot {
     check(lw_robot_squeeze(get(), object, force, tau.data(), tau.size(), out.data()));
     return out;
   }
-  void exert(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, Span<double> tau) {
-    check(lw_robot_exert(get(), object, wrenches.data(), tau.data(), tau.size()));
+  void add_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches, Span<double> tau) {
+    check(lw_robot_add_hand_wrenches(get(), object, wrenches.data(), tau.data(), tau.size()));
   }
   // weights: of the first hand, of the second, and of 1 N m against 1 N.
-  LwMoveSqueeze move_squeeze(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
+  LwHandWrenches split_hand_wrenches(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
                              std::array<double, 3> weights) {
-    LwMoveSqueeze out;
-    check(lw_robot_move_squeeze(get(), object, wrenches.data(), weights.data(), &out));
+    LwHandWrenches out;
+    check(lw_robot_split_hand_wrenches(get(), object, wrenches.data(), weights.data(), &out));
     return out;
   }
   LwGripped grip(std::uint32_t object, const std::array<LwWrench, 2> &wrenches,
@@ -740,8 +740,8 @@ class Robot {
   void object_jacobian(std::uint32_t object, std::uint32_t body, Span<double> J) {
     check(lw_robot_object_jacobian(get(), object, body, J.data(), J.size()));
   }
-  void mass_matrix_with(std::uint32_t object, Span<double> M) {
-    check(lw_robot_mass_matrix_with(get(), object, M.data(), M.size()));
+  void mass_matrix_with_object(std::uint32_t object, Span<double> M) {
+    check(lw_robot_mass_matrix_with_object(get(), object, M.data(), M.size()));
   }
   void object_q(std::uint32_t object, Span<double> q) {
     check(lw_robot_object_q(get(), object, q.data(), q.size()));
@@ -854,59 +854,59 @@ inline LwTipGoal tip_goal(std::uint32_t part, const LwGoal &goal, std::uint32_t 
 }
 
 // Inverse kinematics of several tips at once; what two hands hold stays held.
-class WholeReach {
+class WholeBodyIk {
  public:
-  WholeReach(Robot &robot, std::size_t goals) {
-    LwWholeReach *out = nullptr;
-    robot.check(lw_whole_reach_new(robot.get(), goals, &out));
+  WholeBodyIk(Robot &robot, std::size_t goals) {
+    LwWholeBodyIk *out = nullptr;
+    robot.check(lw_whole_body_ik_new(robot.get(), goals, &out));
     handle_.reset(out);
   }
-  void keep(Robot &robot, std::uint32_t part) { robot.check(lw_whole_reach_keep(robot.get(), get(), part)); }
-  void release(Robot &robot, std::uint32_t part) { robot.check(lw_whole_reach_release(robot.get(), get(), part)); }
+  void keep(Robot &robot, std::uint32_t part) { robot.check(lw_whole_body_ik_keep(robot.get(), get(), part)); }
+  void release(Robot &robot, std::uint32_t part) { robot.check(lw_whole_body_ik_release(robot.get(), get(), part)); }
   // `residuals`: m and rad of each goal, or none.
   LwAnswer solve(Robot &robot, Span<const LwTipGoal> goals, Span<double> q,
                  const LwEffort *effort = nullptr, Span<double> residuals = {}) {
     LwAnswer out;
-    robot.check(lw_whole_reach_solve(robot.get(), get(), goals.data(), goals.size(), effort, q.data(), q.size(),
+    robot.check(lw_whole_body_ik_solve(robot.get(), get(), goals.data(), goals.size(), effort, q.data(), q.size(),
                                      residuals.data(), residuals.size(), &out));
     return out;
   }
-  LwAnswer go_on(Robot &robot, std::size_t kinematics, Span<double> q, Span<double> residuals = {}) {
+  LwAnswer resume(Robot &robot, std::size_t kinematics, Span<double> q, Span<double> residuals = {}) {
     LwAnswer out;
-    robot.check(lw_whole_reach_go_on(robot.get(), get(), kinematics, q.data(), q.size(), residuals.data(),
+    robot.check(lw_whole_body_ik_resume(robot.get(), get(), kinematics, q.data(), q.size(), residuals.data(),
                                      residuals.size(), &out));
     return out;
   }
   LwBest best(Robot &robot, Span<const LwTipGoal> goals, const LwPrefer &prefer, Span<double> q,
               const LwEffort *effort = nullptr) {
     LwBest out;
-    robot.check(lw_whole_reach_best(robot.get(), get(), goals.data(), goals.size(), &prefer, effort, q.data(), q.size(),
+    robot.check(lw_whole_body_ik_best(robot.get(), get(), goals.data(), goals.size(), &prefer, effort, q.data(), q.size(),
                                     &out));
     return out;
   }
   std::size_t worst_case_steps(Robot &robot, Span<const LwTipGoal> goals, const LwEffort *effort = nullptr) {
     std::size_t out = 0;
-    robot.check(lw_whole_reach_worst_case_steps(robot.get(), get(), goals.data(), goals.size(), effort, &out));
+    robot.check(lw_whole_body_ik_worst_case_steps(robot.get(), get(), goals.data(), goals.size(), effort, &out));
     return out;
   }
-  LwWholeReach *get() const noexcept { return handle_.get(); }
+  LwWholeBodyIk *get() const noexcept { return handle_.get(); }
 
  private:
-  std::unique_ptr<LwWholeReach, detail::Freed<lw_whole_reach_free>> handle_;
+  std::unique_ptr<LwWholeBodyIk, detail::Freed<lw_whole_body_ik_free>> handle_;
 };
 
-// Rates for wishes in order of priority, away from limits and singular configurations.
+// Rates for objectives in order of priority, away from limits and singular configurations.
 class RateControl {
  public:
-  RateControl(Robot &robot, std::size_t wishes, std::size_t guards = 0) {
+  RateControl(Robot &robot, std::size_t objectives, std::size_t guards = 0) {
     LwRateControl *out = nullptr;
-    robot.check(lw_rate_control_new(robot.get(), wishes, guards, &out));
+    robot.check(lw_rate_control_new(robot.get(), objectives, guards, &out));
     handle_.reset(out);
   }
   // `residuals`: a number for each level, or none.
-  void solve(Robot &robot, Span<const LwWish> wishes, double horizon, Span<double> v,
+  void solve(Robot &robot, Span<const LwObjective> objectives, double horizon, Span<double> v,
              Span<const LwGuard> guards = {}, Span<double> residuals = {}) {
-    robot.check(lw_rate_control_solve(robot.get(), get(), wishes.data(), wishes.size(), horizon, guards.data(),
+    robot.check(lw_rate_control_solve(robot.get(), get(), objectives.data(), objectives.size(), horizon, guards.data(),
                                       guards.size(), v.data(), v.size(), residuals.data(), residuals.size()));
   }
   LwRateControl *get() const noexcept { return handle_.get(); }
@@ -915,17 +915,17 @@ class RateControl {
   std::unique_ptr<LwRateControl, detail::Freed<lw_rate_control_free>> handle_;
 };
 
-// Forces for wishes in order of priority, with contacts that press and do not slip.
+// Forces for objectives in order of priority, with contacts that press and do not slip.
 class WholeBody {
  public:
-  WholeBody(Robot &robot, std::size_t touches, std::size_t wishes) {
+  WholeBody(Robot &robot, std::size_t touches, std::size_t objectives) {
     LwWholeBody *out = nullptr;
-    robot.check(lw_whole_body_new(robot.get(), touches, wishes, &out));
+    robot.check(lw_whole_body_new(robot.get(), touches, objectives, &out));
     handle_.reset(out);
   }
   // `forces`: three numbers for each touch.
   LwBalanced solve(Robot &robot, Span<const double> v, Span<const double> effort,
-                   Span<const LwTouch> touches, Span<const LwWish> wishes, Span<double> tau,
+                   Span<const LwTouch> touches, Span<const LwObjective> objectives, Span<double> tau,
                    Span<double> vdot, Span<double> forces) {
     if (v.size() != effort.size() || v.size() != tau.size() || v.size() != vdot.size())
       throw Error(LW_STATUS_LENGTH, "`v`, `effort`, `tau` and `vdot` differ in length\n  help: give nv numbers each");
@@ -933,7 +933,7 @@ class WholeBody {
       throw Error(LW_STATUS_LENGTH, "`forces` does not fit\n  help: give three numbers for each touch");
     LwBalanced out;
     robot.check(lw_whole_body_solve(robot.get(), get(), v.data(), effort.data(), v.size(), touches.data(),
-                                    touches.size(), wishes.data(), wishes.size(), tau.data(), vdot.data(),
+                                    touches.size(), objectives.data(), objectives.size(), tau.data(), vdot.data(),
                                     forces.data(), &out));
     return out;
   }
@@ -975,23 +975,23 @@ class Planner {
     robot.check(lw_planner_new(robot.get(), part, configurations, &out));
     handle_.reset(out);
   }
-  LwWay plan(Robot &robot, Span<const double> start, Span<const double> goal,
+  LwPlan plan(Robot &robot, Span<const double> start, Span<const double> goal,
              const std::optional<LwSearch> &search = std::nullopt, std::size_t places = SIZE_MAX) {
     if (start.size() != goal.size())
       throw Error(LW_STATUS_LENGTH, "`start` and `goal` differ in length\n  help: give nq numbers each");
-    LwWay out;
+    LwPlan out;
     robot.check(lw_planner_plan(robot.get(), get(), start.data(), goal.data(), start.size(),
                                 search ? &*search : nullptr, places, &out));
     return out;
   }
-  LwWay go_on(Robot &robot, std::size_t places = SIZE_MAX) {
-    LwWay out;
-    robot.check(lw_planner_go_on(robot.get(), get(), places, &out));
+  LwPlan resume(Robot &robot, std::size_t places = SIZE_MAX) {
+    LwPlan out;
+    robot.check(lw_planner_resume(robot.get(), get(), places, &out));
     return out;
   }
   // `way`: nq numbers for each of its rows.
-  void way(Robot &robot, Span<double> way) {
-    robot.check(lw_planner_way(robot.get(), get(), way.data(), way.size()));
+  void path(Robot &robot, Span<double> path) {
+    robot.check(lw_planner_path(robot.get(), get(), path.data(), path.size()));
   }
   LwPlanner *get() const noexcept { return handle_.get(); }
 

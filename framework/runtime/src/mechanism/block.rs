@@ -1,13 +1,13 @@
 //! The mechanism's operations, with its work space.
+use super::jacobian::ForwardJacobian;
 use super::plan::MechanismPlan;
 use super::ports::Frame;
 use super::rolling::Rolls;
-use super::slopes::ForwardSlopes;
 use super::touch;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
+use crate::jacobian::{Jacobian, Operation};
 use crate::model::BuildError;
 use crate::ports::{Lane, NodeState};
-use crate::slopes::{Operation, Slopes};
 use linkwork_dynamics::{
     HingeLoads, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
 };
@@ -47,7 +47,7 @@ pub(super) struct MechanismBlock {
     pub(super) vdot: Vec<f64>,
     pub(super) motions: Vec<LoopMotion>,
     /// Made when a stiff method asks first.
-    pub(super) slopes: Option<Box<ForwardSlopes>>,
+    pub(super) slopes: Option<Box<ForwardJacobian>>,
     pub(super) q: Vec<f64>,
     pub(super) dv: Vec<f64>,
     /// Memory for the loads of hinges that report them.
@@ -452,19 +452,19 @@ impl Block for MechanismBlock {
         Ok(())
     }
 
-    fn slopes(
+    fn jacobian(
         &mut self,
         operation: Operation,
         now: &Now,
         (x, _, sig): (&[f64], &[f64], &[f64]),
-        out: &mut Slopes,
+        out: &mut Jacobian,
     ) -> Outcome {
         match operation {
             Operation::Outputs => {
-                self.output_slopes(now, x, out);
+                self.output_jacobian(now, x, out);
                 Ok(())
             }
-            Operation::Feedthrough => self.feedthrough_slopes(now, x, sig, out),
+            Operation::Feedthrough => self.feedthrough_jacobian(now, x, sig, out),
             Operation::Derivatives => {
                 self.deriv_slopes(x, out);
                 Ok(())

@@ -5,7 +5,7 @@ use crate::block::{Carried, Failure, OldState, Prototype};
 use linkwork_dynamics::topology::{self, Report};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::Multibody;
-use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
 use std::any::Any;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -145,7 +145,7 @@ fn close(
         placed.and_then(|_| projector.rates(tree, &mut ws, solver, &motions, q, v))
     };
     // An impact shares momentum by the masses, whatever `solve` says; without masses the loops alone decide.
-    let mut rows = ConstrainedSolver::new(tree, |_| Treatment::Augment);
+    let mut rows = ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment);
     let (mut placed, mut shared) = (q.to_vec(), v.to_vec());
     match close(&mut rows, &mut placed, &mut shared) {
         Ok(_) => {

@@ -55,7 +55,7 @@ impl Gaps {
     }
 
     /// ∂g̈/∂g and ∂g̈/∂ġ.
-    pub fn slopes(&self) -> [f64; 2] {
+    pub fn jacobian(&self) -> [f64; 2] {
         [-self.omega * self.omega, -2.0 * self.omega]
     }
 

@@ -136,7 +136,7 @@ impl JointForces {
 
     /// Derivatives of what [`JointForces::add`] adds: `each` gets a place in β, ∂τ/∂q and ∂τ/∂β of that coordinate,
     /// once for each force.
-    pub fn slopes(&self, q: &[f64], v: &[f64], mut each: impl FnMut(usize, f64, f64)) {
+    pub fn jacobian(&self, q: &[f64], v: &[f64], mut each: impl FnMut(usize, f64, f64)) {
         for &(i, d) in &self.damping {
             each(i, 0.0, -d);
         }
@@ -150,9 +150,9 @@ impl JointForces {
         for s in &self.stops {
             let (q, v) = (q[s.q], v[s.v]);
             let slopes = if q < s.lower {
-                s.law.slopes(s.lower - q, -v)
+                s.law.jacobian(s.lower - q, -v)
             } else if q > s.upper {
-                s.law.slopes(q - s.upper, v)
+                s.law.jacobian(q - s.upper, v)
             } else {
                 continue;
             };
@@ -171,7 +171,7 @@ impl StopLaw {
     }
 
     /// ∂ of [`StopLaw::force`] by depth and rate.
-    fn slopes(&self, p: f64, rate: f64) -> (f64, f64) {
+    fn jacobian(&self, p: f64, rate: f64) -> (f64, f64) {
         if let Some(e2) = self.returns {
             let part = (rate / TURNS).tanh();
             let bend = 0.5 * (1.0 - e2) * (1.0 - part * part) / TURNS;

@@ -70,7 +70,7 @@ pub fn place_on_terrain(
     p: &Placement,
 ) -> Result<Placed, PlaceError> {
     let placed = put_down(plan, terrain, p);
-    match terrain.trouble(0.0) {
+    match terrain.failure(0.0) {
         Some(told) => error(told.message, told.help.as_deref().unwrap_or_default()),
         None => placed,
     }

@@ -19,8 +19,8 @@ use linkwork_dynamics::{
 };
 use linkwork_multibody::{BodyId, ConstraintId, LoopMotion, Multibody};
 use linkwork_solvers::{
-    CompliantContact, CompliantLaws, ConstrainedSolver, ContactStepper, Kept, Rolling, SolverError,
-    Treatment, close_start,
+    CompliantContact, CompliantLaws, ConstrainedSolver, ConstraintMethod, ContactStepper, Kept,
+    Rolling, SolverError, close_start,
 };
 use linkwork_spatial::Vec3;
 use std::borrow::Cow;
@@ -76,8 +76,8 @@ pub struct MechanismPlan {
     pub(super) vehicles: Vec<Vec<BodyId>>,
     /// Names of bodies on locked hinges that stand as coordinates.
     pub(super) held: Vec<String>,
-    /// Treatment of each constraint.
-    pub treatments: Vec<Treatment>,
+    /// ConstraintMethod of each constraint.
+    pub constraint_methods: Vec<ConstraintMethod>,
     /// Damping, friction and stops of hinges.
     pub(super) joints: JointForces,
     /// What is read and written through wires.
@@ -117,9 +117,9 @@ impl MechanismPart {
     ) -> Self {
         let m = &spec.multibody;
         let tree = Arc::new(Tree::new(m));
-        let treatments: Vec<Treatment> = (m.constraints())
-            .map(|c| spec.treatments.get(m.constraint_name(c)))
-            .map(|t| t.copied().unwrap_or(Treatment::Auto))
+        let constraint_methods: Vec<ConstraintMethod> = (m.constraints())
+            .map(|c| spec.constraint_methods.get(m.constraint_name(c)))
+            .map(|t| t.copied().unwrap_or(ConstraintMethod::Auto))
             .collect();
         let mut contact = spec.contact.clone();
         if let Some(contact) = &mut contact {
@@ -137,7 +137,7 @@ impl MechanismPart {
             kept: spec.kept.clone(),
             loop_motions: spec.motions.clone(),
             gaps: Gaps::all(m, &spec.closings),
-            solver: MechanismPlan::solver(&tree, &treatments),
+            solver: MechanismPlan::solver(&tree, &constraint_methods),
             contact,
             compliant: spec.compliant.clone(),
             bristles: spec.compliant.as_ref().map_or(0, |c| CompliantContact::states(&c.0)),
@@ -148,7 +148,7 @@ impl MechanismPart {
             vehicles: super::vehicles::members(&spec.multibody, &ports.vehicles),
             held: spec.held.clone(),
             rolling,
-            treatments,
+            constraint_methods,
             tree,
             varies: Varying::all(m, &ports),
             prescribed: m.prescribed(),
@@ -322,10 +322,13 @@ impl MechanismPlan {
     }
 
     /// The solver of a tree, when it has constraints.
-    pub(super) fn solver(tree: &Tree, treatments: &[Treatment]) -> Option<ConstrainedSolver> {
+    pub(super) fn solver(
+        tree: &Tree,
+        constraint_methods: &[ConstraintMethod],
+    ) -> Option<ConstrainedSolver> {
         let loops = tree.multibody().loops().len();
         let any = tree.multibody().constraints().next().is_some();
-        any.then(|| ConstrainedSolver::new(tree, |c| treatments[place(c, loops)]))
+        any.then(|| ConstrainedSolver::new(tree, |c| constraint_methods[place(c, loops)]))
     }
 
     /// Where a loop or coupling is written.
@@ -337,7 +340,7 @@ impl MechanismPlan {
         let loops = self.multibody.loops().len();
         self.contact.as_ref().map(|c| {
             ContactStepper::new(&self.tree, c.colliders.clone(), c.settings.clone(), |id| {
-                self.treatments[place(id, loops)]
+                self.constraint_methods[place(id, loops)]
             })
         })
     }
@@ -347,7 +350,7 @@ impl MechanismPlan {
         CompliantContact::new(colliders.clone(), laws.clone()).ok()
     }
 
-    /// Everything that makes it move as it does: structure and masses to the last bit, treatments,
+    /// Everything that makes it move as it does: structure and masses to the last bit, constraint methods,
     /// contact.
     pub(super) fn fingerprint(&self) -> &str {
         self.print.get_or_init(|| self.describe_all())
@@ -362,7 +365,7 @@ impl MechanismPlan {
         for node in m.nodes() {
             text += &format!("{} {} {:?}\n", node.name(), m.get(node.body()).name(), node.pose());
         }
-        text += &format!("{:?}\n{:?}\n{:?}\n", m.loops(), m.couplings(), self.treatments);
+        text += &format!("{:?}\n{:?}\n{:?}\n", m.loops(), m.couplings(), self.constraint_methods);
         text +=
             &format!("gravity {} {:?} {:?}\n", self.gravity.is_some(), self.uniform, self.omega);
         text += &format!("{:?}\n{:?}\n", self.joints, self.gaps);

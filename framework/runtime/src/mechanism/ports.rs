@@ -109,7 +109,7 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
         };
         for (port, end) in &b.ports {
             if let Target::Hinge { v, .. } | Target::Ball { v, .. } = &target {
-                treatment(b, (port, prescribed[*v as usize]), &label, out);
+                constraint_method(b, (port, prescribed[*v as usize]), &label, out);
             }
             quantity(mb, b, (port, &target), out);
             if let (Some(axle), Target::Node(frame)) = (port.axle, &target) {
@@ -141,7 +141,7 @@ pub(super) fn lower(mb: &Multibody, bound: &[Bound<'_>], out: &mut Lowering<'_>)
 }
 
 /// A torque on a prescribed coordinate does nothing; an acceleration for a free one is not followed.
-fn treatment(
+fn constraint_method(
     b: &Bound<'_>,
     (port, prescribed): (&PortSpec, bool),
     label: &str,

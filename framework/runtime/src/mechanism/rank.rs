@@ -4,13 +4,13 @@
 //! mobility        free rates of the tree − rank of the rows of all loops and couplings, at the start
 //! contradiction   what others make of d̈ + ḋ + d in a row that they imply: more than 1e-6 (1 + Σ |β̇|)
 //! ```
-//! All constraints are rows for this, whatever their treatment. The rank is that of one configuration: at a
+//! All constraints are rows for this, whatever their constraint method. The rank is that of one configuration: at a
 //! singular one, a linkage in line, it is less than elsewhere.
 use super::plan::MechanismPlan;
 use crate::value::{Fault, Origin};
 use linkwork_dynamics::{Workspace, kinematics};
 use linkwork_multibody::{ConstraintId, LoopMotion};
-use linkwork_solvers::{ConstrainedSolver, Report, SolverError, Stabilisation, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Report, SolverError, Stabilisation};
 
 /// What all constraints together do at the start.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,7 +50,7 @@ struct Rows {
 
 impl Rows {
     fn of(plan: &MechanismPlan, stabilisation: Stabilisation) -> Rows {
-        let mut solver = ConstrainedSolver::new(&plan.tree, |_| Treatment::Augment);
+        let mut solver = ConstrainedSolver::new(&plan.tree, |_| ConstraintMethod::Augment);
         solver.stabilisation = stabilisation;
         Rows { solver, ws: Workspace::new(&plan.tree), vdot: vec![0.0; plan.v.len()] }
     }

@@ -17,7 +17,7 @@ use linkwork_collision::{ColliderSpec, Colliders, Material, Shape, TERRAIN, Vari
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{Body, BodyId, LoopMotion, Multibody, SubhingeKind};
 use linkwork_solvers::{
-    CompliantLaws, ConstrainedSolver, ContactSettings, Kept, Rolling, StartError, Treatment,
+    CompliantLaws, ConstrainedSolver, ConstraintMethod, ContactSettings, Kept, Rolling, StartError,
     Vehicle, close_start,
 };
 use linkwork_spatial::{Pose, Quat, Vec3, nalgebra};
@@ -48,7 +48,7 @@ pub struct MechanismSpec {
     /// Friction of terrain that has no soil, when the file writes one for all contact.
     pub ground_friction: Option<f64>,
     /// How each loop and coupling is treated, by name; `Auto` where nothing is said.
-    pub treatments: BTreeMap<String, Treatment>,
+    pub constraint_methods: BTreeMap<String, ConstraintMethod>,
     /// Prescribed subhinges of loops at the start. Gaps are found, whatever stands in their places.
     pub motions: Vec<LoopMotion>,
     /// How loops with gaps close, by name; as found where nothing is said.
@@ -97,7 +97,7 @@ impl MechanismSpec {
             gravity: None,
             terrain: None,
             ground_friction: None,
-            treatments: BTreeMap::new(),
+            constraint_methods: BTreeMap::new(),
             closings: BTreeMap::new(),
             contact: None,
             compliant: None,
@@ -122,7 +122,7 @@ impl MechanismSpec {
     pub fn closed_start(&self) -> Result<(Vec<f64>, Vec<f64>), StartError> {
         let (tree, mut motions) = (Tree::new(&self.multibody), self.motions.clone());
         let mut ws = Workspace::new(&tree);
-        let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+        let mut solver = ConstrainedSolver::new(&tree, |_| ConstraintMethod::Augment);
         for gaps in Gaps::all(&self.multibody, &self.closings) {
             gaps.find(&tree, &mut ws, &mut solver, (&self.q, &self.v), &mut motions);
         }

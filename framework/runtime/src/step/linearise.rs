@@ -10,8 +10,8 @@
 use super::evaluate::{self, Running, Stopped};
 use super::{RunError, Simulation, solve};
 use crate::block::{Evaluation, Now};
+use crate::jacobian::{Jacobian, Operation};
 use crate::plan::{Loop, Op, Plan};
-use crate::slopes::{Operation, Slopes};
 use linkwork_integrate::{At, System};
 use linkwork_spatial::nalgebra::DMatrix;
 use std::ops::Range;
@@ -50,7 +50,7 @@ pub(crate) struct Linear {
     tangents: Vec<(u32, f64)>,
     /// How many of them.
     count: Vec<u32>,
-    slopes: Slopes,
+    slopes: Jacobian,
     own: Vec<Own>,
     /// Signals that the operation at work reads, in the order of its columns.
     reads: Vec<usize>,
@@ -109,7 +109,7 @@ impl Linear {
             width,
             tangents: vec![(0, 0.0); plan.sizes.sig * width],
             count: vec![0; plan.sizes.sig],
-            slopes: Slopes::with_capacity(rows * columns, columns),
+            slopes: Jacobian::with_capacity(rows * columns, columns),
             reads: Vec::with_capacity(columns),
             x: vec![0.0; n],
             xdot: vec![0.0; n],
@@ -325,7 +325,7 @@ impl Running<'_> {
         let stopped = |failure| Stopped { block: k, failure };
         let state = (at.x, self.d, &*self.sig);
         let block = &mut self.blocks[k as usize];
-        block.slopes(operation, now, state, &mut linear.slopes).map_err(stopped)?;
+        block.jacobian(operation, now, state, &mut linear.slopes).map_err(stopped)?;
         self.differences(linear, k, operation, now, at)
     }
 

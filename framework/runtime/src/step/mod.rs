@@ -341,7 +341,7 @@ impl Simulation {
     #[inline]
     fn covered(&self, plan: &Plan) -> Result<(), RunError> {
         let next = self.state.tick + plan.table[self.state.row as usize].gap;
-        match plan.services.trouble(plan.base.times(next)) {
+        match plan.services.failure(plan.base.times(next)) {
             Some((path, told)) => Err(self.untold(path, told)),
             None => Ok(()),
         }
@@ -353,7 +353,7 @@ impl Simulation {
     /// The first that does not.
     pub fn answers_until(&self, t: f64) -> Result<(), RunError> {
         let mut phases = self.program.phases.iter().map(|phase| &phase.plan.services);
-        let found = phases.next().and_then(|services| services.trouble(t));
+        let found = phases.next().and_then(|services| services.failure(t));
         match found.filter(|(path, _)| phases.all(|services| services.is_troubled(path, t))) {
             Some((path, told)) => {
                 let mut error = self.untold(path, told);
@@ -393,7 +393,7 @@ impl Simulation {
         if let Some(error) = &self.broken {
             return Err(RunError::clone(error));
         }
-        if let Some((path, told)) = self.plan.services.trouble(self.time()) {
+        if let Some((path, told)) = self.plan.services.failure(self.time()) {
             return Err(self.untold(path, told));
         }
         if self.is_bad() { Err(self.first_bad()) } else { Ok(()) }
@@ -461,7 +461,7 @@ impl Simulation {
     #[cold]
     fn stopped(&self, stopped: Stopped) -> RunError {
         // What a part fails for may be what a service did not answer.
-        if let Some((path, told)) = self.plan.services.trouble(self.time()) {
+        if let Some((path, told)) = self.plan.services.failure(self.time()) {
             return self.untold(path, told);
         }
         let Stopped { block, failure } = stopped;

@@ -131,7 +131,7 @@ impl Simulation {
             let asked = &plan.asked[k];
             let place = Vec3::from(asked.position.map(|lane| self.state.sig[lane as usize]));
             let t = self.time();
-            let Some(beyond) = asked.object.beyond(t, place) else { continue };
+            let Some(beyond) = asked.object.out_of_range(t, place) else { continue };
             let part = &plan.parts[asked.part as usize];
             let message = format!("`{}`: {}; `{}` asks", asked.service, beyond.message, part.path);
             if beyond.stops {

@@ -3,10 +3,10 @@
 use super::{Simulation, blocks_of};
 use crate::block::{Block, Now, Outcome};
 use crate::field::Shown;
+use crate::jacobian::{Jacobian, Operation};
 use crate::model::{BuildError, Fired};
 use crate::overlay::SharedOverlay;
 use crate::plan::Plan;
-use crate::slopes::{Operation, Slopes};
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -37,7 +37,7 @@ const OPERATIONS: [&str; 11] = [
     "project",
     "retract",
     "advance",
-    "slopes",
+    "jacobian",
     "mode",
 ];
 
@@ -198,14 +198,14 @@ impl Block for Timed {
     fn advance(&mut self, now: &Now, h: f64, x: &mut [f64], sig: &mut [f64]) -> Outcome {
         self.clock(8, |b| b.advance(now, h, x, sig))
     }
-    fn slopes(
+    fn jacobian(
         &mut self,
         operation: Operation,
         now: &Now,
         at: (&[f64], &[f64], &[f64]),
-        out: &mut Slopes,
+        out: &mut Jacobian,
     ) -> Outcome {
-        self.clock(9, |b| b.slopes(operation, now, at, out))
+        self.clock(9, |b| b.jacobian(operation, now, at, out))
     }
     fn startup_warnings(
         &mut self,

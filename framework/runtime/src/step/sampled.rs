@@ -352,7 +352,7 @@ impl Scratch<'_> {
         })
     }
 
-    /// Slopes of what a function of a block writes by the inputs and discrete states of the loop, by lane.
+    /// Jacobian of what a function of a block writes by the inputs and discrete states of the loop, by lane.
     fn chain(
         &mut self,
         plan: &Plan,

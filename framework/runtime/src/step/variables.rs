@@ -1,8 +1,8 @@
 //! Variables of a run by name: values that are read, set and changed.
 use super::Simulation;
 use crate::plan::{Place, Plan, Role, Variable};
+use crate::recorder::Change;
 use crate::step::VariableError;
-use crate::tap::Change;
 use crate::value::remedy;
 
 impl Simulation {

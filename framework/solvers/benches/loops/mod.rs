@@ -7,7 +7,7 @@ use linkwork_dynamics::multibody::{
 };
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace};
-use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
 use std::fmt::Write as _;
 
 /// States that the calls go round.
@@ -37,7 +37,7 @@ impl Case {
     /// Closed states near the start.
     pub fn states(&self, tree: &Tree) -> Vec<State> {
         let mut ws = Workspace::new(tree);
-        let mut solver = ConstrainedSolver::new(tree, |_| Treatment::Augment);
+        let mut solver = ConstrainedSolver::new(tree, |_| ConstraintMethod::Augment);
         let mut close = Projector::new(tree);
         let one = |i: u64| {
             // As far from the start as can still be closed.

@@ -5,7 +5,7 @@ use crate::scenes::Scene;
 use linkwork_dynamics::spatial::Vec3;
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
 use linkwork_solvers::contact::Method;
-use linkwork_solvers::{ContactSettings, ContactStepper, StepReport, Treatment};
+use linkwork_solvers::{ConstraintMethod, ContactSettings, ContactStepper, StepReport};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -67,7 +67,8 @@ impl<'s> Run<'s> {
     fn new(scene: &'s Scene, settings: &ContactSettings) -> Self {
         let tree = Tree::new(&scene.mbs);
         let colliders = Arc::new(scene.colliders());
-        let stepper = ContactStepper::new(&tree, colliders, settings.clone(), |_| Treatment::Embed);
+        let stepper =
+            ContactStepper::new(&tree, colliders, settings.clone(), |_| ConstraintMethod::Embed);
         let mut ws = Workspace::new(&tree);
         ws.apply_uniform_gravity(Vec3::new(0.0, 0.0, -9.81));
         let nv = tree.nv();

@@ -31,7 +31,7 @@ use islands::Islands;
 use linkwork_collision::{
     ColliderId, Colliders, ContactPoint, Hiding, Query, Resistance, Scratch, SurfaceVelocities,
 };
-use linkwork_dynamics::units::{RowSet, Treatment, Units, UnitsWork, WIDTH};
+use linkwork_dynamics::units::{ConstraintMethod, RowSet, Units, UnitsWork, WIDTH};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::{BallLimits, BodyId, ConstraintId, LoopMotion, Multibody, SubhingeRange};
 use linkwork_spatial::{Force, Vec3};
@@ -165,15 +165,15 @@ fn bodies(mbs: &Multibody) -> Vec<Option<BodyId>> {
 }
 
 impl ContactStepper {
-    /// For a tree and the colliders of its bodies; loops are treated as `treatment` says.
+    /// For a tree and the colliders of its bodies; loops are treated as `constraint_method` says.
     #[must_use]
     pub fn new(
         tree: &Tree,
         colliders: Arc<Colliders>,
         settings: ContactSettings,
-        treatment: impl Fn(ConstraintId) -> Treatment,
+        constraint_method: impl Fn(ConstraintId) -> ConstraintMethod,
     ) -> Self {
-        let units = Units::new(tree, treatment);
+        let units = Units::new(tree, constraint_method);
         let mut place = vec![0];
         for c in tree.multibody().constraints() {
             place.push(place[place.len() - 1] + tree.multibody().rows(c));
@@ -230,10 +230,15 @@ impl ContactStepper {
     /// A stepper with memory of its own and the same structure, settings and impulses.
     #[must_use]
     pub fn fork(&self, tree: &Tree) -> Self {
-        let treatment = |c: ConstraintId| {
-            if self.units.embedded().contains(&c) { Treatment::Embed } else { Treatment::Augment }
+        let constraint_method = |c: ConstraintId| {
+            if self.units.embedded().contains(&c) {
+                ConstraintMethod::Embed
+            } else {
+                ConstraintMethod::Augment
+            }
         };
-        let mut copy = Self::new(tree, self.colliders.clone(), self.settings.clone(), treatment);
+        let mut copy =
+            Self::new(tree, self.colliders.clone(), self.settings.clone(), constraint_method);
         copy.warm.clone_from(&self.warm);
         copy.surfaces.clone_from(&self.surfaces);
         copy

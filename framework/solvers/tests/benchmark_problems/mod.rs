@@ -15,7 +15,7 @@ use linkwork_dynamics::multibody::{
 use linkwork_dynamics::spatial::{Force, MassProperties, Mat3, Pose, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
 use linkwork_integrate::{Field, Integrator, Method};
-use linkwork_solvers::{ConstrainedSolver, FullyAugmentedSolver, Projector, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, FullyAugmentedSolver, Projector};
 
 /// Forces beside gravity: wrenches into the workspace, forces into `tau`. After kinematics.
 type Forces = fn(&Tree, &mut Workspace, &mut [f64]);
@@ -62,8 +62,12 @@ pub struct Run {
 impl Run {
     pub fn new(problem: Problem, with: With) -> Self {
         let tree = Tree::new(&problem.mbs);
-        let treatment = if with == With::Embedded { Treatment::Embed } else { Treatment::Augment };
-        let closer = ConstrainedSolver::new(&tree, |_| treatment);
+        let constraint_method = if with == With::Embedded {
+            ConstraintMethod::Embed
+        } else {
+            ConstraintMethod::Augment
+        };
+        let closer = ConstrainedSolver::new(&tree, |_| constraint_method);
         let solver = match with {
             With::FullyAugmented => {
                 Solver::FullyAugmented(Box::new(FullyAugmentedSolver::new(&tree).unwrap()))

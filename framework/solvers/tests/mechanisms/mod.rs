@@ -8,7 +8,7 @@ use linkwork_dynamics::multibody::{
 };
 use linkwork_dynamics::spatial::{Force, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics};
-use linkwork_solvers::{ConstrainedSolver, Projector, Treatment};
+use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
 
 pub fn closing_hinge(r: &mut Rng) -> Hinge {
     match r.below(8) {
@@ -128,7 +128,7 @@ fn prepare(seed: u64, mbs: Multibody, q: Vec<f64>) -> Case {
             *v = 0.0;
         }
     }
-    let mut solver = ConstrainedSolver::new(&tree, |_| Treatment::Augment);
+    let mut solver = ConstrainedSolver::new(&tree, |_| ConstraintMethod::Augment);
     Projector::new(&tree).rates(&tree, &mut ws, &mut solver, &motions, &q, &mut v).unwrap();
     let mut r = Rng(seed ^ 77);
     let tau = r.vec(mbs.nv());

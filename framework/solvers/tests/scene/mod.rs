@@ -5,7 +5,7 @@ use linkwork_collision::{ColliderSpec, Colliders, Material, Rules, Shape};
 use linkwork_dynamics::multibody::{BodySpec, Builder, Hinge, Multibody};
 use linkwork_dynamics::spatial::{MassProperties, Mat3, Pose, Quat, Vec3};
 use linkwork_dynamics::{Tree, Workspace, kinematics, kinetic_energy, potential_energy};
-use linkwork_solvers::{ContactSettings, ContactStepper, StepReport, Treatment};
+use linkwork_solvers::{ConstraintMethod, ContactSettings, ContactStepper, StepReport};
 use std::sync::Arc;
 
 pub struct Scene {
@@ -95,7 +95,7 @@ impl Scene {
         }
         let stepper =
             ContactStepper::new(&tree, Arc::new(colliders), self.settings.clone(), |_| {
-                Treatment::Auto
+                ConstraintMethod::Auto
             });
         let (nv, ws) = (mbs.nv(), Workspace::new(&tree));
         Run {

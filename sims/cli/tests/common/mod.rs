@@ -195,7 +195,7 @@ pub const BASE: &str = r#"Simulation(
     wires: ["Source.y -> Gain.u", "Gain.y -> Lag.u"],
     until: "1 s",
     log: [(channels: ["**"], rate: "100 Hz")],
-    figures: { "largest speed": (of: "bob.rate", take: "max", unit: "rad/s") },
+    metrics: { "largest speed": (of: "bob.rate", take: "max", unit: "rad/s") },
     plots: [(title: "Angle", of: ["bob.angle"], unit: "deg")],
     view: (follow: "bob", rate: "20 Hz"),
 )

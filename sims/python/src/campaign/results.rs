@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// >>> _ = pathlib.Path("masses.ron").write_text(text)
 /// >>> campaign = linkwork.Campaign("masses.ron")
 /// >>> outcome = campaign.run(3)
-/// >>> outcome.figures["largest speed"] > 0
+/// >>> outcome.metrics["largest speed"] > 0
 /// True
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct Outcome {
@@ -88,14 +88,14 @@ impl Outcome {
     fn wall(&self) -> f64 {
         self.outcome.wall
     }
-    /// {name: value} of its figures, in the units of `Campaign.figures`; empty when it had none.
+    /// {name: value} of its metrics, in the units of `Campaign.metrics`; empty when it had none.
     ///
-    /// >>> list(outcome.figures)
+    /// >>> list(outcome.metrics)
     /// ['largest speed']
     #[getter]
-    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn metrics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
-        let pairs = self.names.iter().zip(&self.outcome.figures);
+        let pairs = self.names.iter().zip(&self.outcome.metrics);
         for (name, y) in pairs {
             all.set_item(name, *y)?;
         }
@@ -162,7 +162,7 @@ impl Results {
     fn files(&self) -> Vec<PathBuf> {
         self.files.clone()
     }
-    /// A row for each run that ended, in their order: run, how it ended, time (s), drawn values ("draw:PATH [UNIT]"), figures.
+    /// A row for each run that ended, in their order: run, how it ended, time (s), drawn values ("draw:PATH [UNIT]"), metrics.
     ///
     /// >>> results.table["run"].tolist()
     /// [0, 1, 2, 3]
@@ -172,7 +172,7 @@ impl Results {
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         columns(py, &self.results.runs)
     }
-    /// A row for each figure, columns (rows,): n, mean, deviation, error of the mean, percentiles.
+    /// A row for each metric, columns (rows,): n, mean, deviation, error of the mean, percentiles.
     ///
     /// >>> bool(np.isclose(results.statistics["mean"][0], results.table["largest speed [rad/s]"].mean()))
     /// True
@@ -180,7 +180,7 @@ impl Results {
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         columns(py, &self.results.statistics())
     }
-    /// A row for each figure and drawn number, columns (rows,): their rank correlation.
+    /// A row for each metric and drawn number, columns (rows,): their rank correlation.
     ///
     /// >>> results.sensitivity["value"]
     /// ['bob.mass [kg]']

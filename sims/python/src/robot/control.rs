@@ -1,4 +1,4 @@
-//! Control: rates and forces for wishes in order of priority, impedance; momentum and composite inertias with what is held.
+//! Control: rates and forces for objectives in order of priority, impedance; momentum and composite inertias with what is held.
 use super::{Given, Robot, base};
 use crate::array::{Array1, Array2, Input, checked1, out_force, out1, out2, pose, vec3, vector};
 use crate::collisions::Collisions;
@@ -6,14 +6,14 @@ use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::values::pairs;
 use linkwork_embedded::{
-    Aim, Guards, Impedance, MotionLimits, Part, RateControl, Rows, Touch, WholeBody, Wish,
+    Aim, Guards, Impedance, MotionLimits, Objective, Part, RateControl, Rows, Touch, WholeBody,
 };
 use linkwork_embedded::{support_margin as margin, support_polygon as polygon};
 use linkwork_spatial::{Motion, Vec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// One wish as it was given; postures own their numbers.
+/// One objective as it was given; postures own their numbers.
 enum Given1 {
     Tip(Part, Motion, Rows),
     Center(Vec3),
@@ -27,10 +27,10 @@ impl Collisions {
     /// Levels: dicts of parts (and the centre of mass), or arrays (nv,) for all degrees of freedom.
     fn levels(&self, given: &[Bound<'_, PyAny>], length: f64) -> PyResult<Vec<(usize, Given1)>> {
         let mut all = Vec::new();
-        for (level, wish) in given.iter().enumerate() {
+        for (level, objective) in given.iter().enumerate() {
             let of = |what: &str| format!("levels[{level}]{what}");
-            let Ok(dict) = wish.cast::<PyDict>() else {
-                let posture = vector(wish, self.model.nv(), &of(""))?;
+            let Ok(dict) = objective.cast::<PyDict>() else {
+                let posture = vector(objective, self.model.nv(), &of(""))?;
                 all.push((level, Given1::Posture(posture.slice().to_vec())));
                 continue;
             };
@@ -62,13 +62,13 @@ impl Collisions {
     }
 }
 
-fn wishes(all: &[(usize, Given1)]) -> Vec<Wish<'_>> {
+fn objectives(all: &[(usize, Given1)]) -> Vec<Objective<'_>> {
     let aim = |g| match g {
         &Given1::Tip(part, motion, rows) => Aim::Tip { part, motion, rows },
         &Given1::Center(x) => Aim::Center(x),
         Given1::Posture(x) => Aim::Posture(x),
     };
-    all.iter().map(|(level, g)| Wish::new(*level, aim(g))).collect()
+    all.iter().map(|(level, g)| Objective::new(*level, aim(g))).collect()
 }
 
 /// What `Robot.whole_body` answers.
@@ -77,7 +77,7 @@ fn wishes(all: &[(usize, Given1)]) -> Vec<Wish<'_>> {
 /// >>> robot = linkwork.Robot(ball, chains={"ball": ("world", "ball")}, colliders=[])
 /// >>> balanced = robot.whole_body(np.zeros(6), [np.zeros(6)], touches=[("ball", [0, 0, 0], [0, 0, 1], 0.5)])
 /// >>> balanced
-/// WholeBodyForces(unbalanced 0, slipping 0, missing 0)
+/// WholeBodyForces(unbalanced 0, slipping 0, shortfall 0)
 #[pyclass(frozen, weakref, module = "linkwork")]
 pub struct WholeBodyForces {
     tau: Vec<f64>,
@@ -130,33 +130,33 @@ impl WholeBodyForces {
     }
     /// By which share all limits of effort (N m, N) and normal forces (N) would have to be larger. 0: they suffice.
     ///
-    /// >>> balanced.missing
+    /// >>> balanced.shortfall
     /// 0.0
     #[getter]
-    fn missing(&self) -> f64 {
-        self.told.missing
+    fn shortfall(&self) -> f64 {
+        self.told.shortfall
     }
     fn __repr__(&self) -> String {
         let t = &self.told;
         let short = |x: f64| if x < 1e-9 { "0".to_owned() } else { format!("{x:.3e}") };
-        let [a, b, c] = [t.unbalanced, t.slipping, t.missing].map(short);
-        format!("WholeBodyForces(unbalanced {a}, slipping {b}, missing {c})")
+        let [a, b, c] = [t.unbalanced, t.slipping, t.shortfall].map(short);
+        format!("WholeBodyForces(unbalanced {a}, slipping {b}, shortfall {c})")
     }
 }
 
 #[pymethods]
 impl Robot {
-    /// Rates (nv,), rad/s and m/s, at the robot's q for wishes in order of priority, within limits of rates and coordinates: (v, residuals), what each level leaves to be wished.
+    /// Rates (nv,), rad/s and m/s, at the robot's q for objectives in order of priority, within limits of rates and coordinates: (v, residuals), what each level leaves to be wished.
     /// What a level asks takes nothing from those before it. levels: dicts {part: (6,) twist [ω; v] of its tip, or (3,) velocity; "center_of_mass": (3,)}, world
     /// axes, or (nv,) rates of all degrees of freedom. horizon, s: time in which a limit of a coordinate may be reached; manipulable: {part: least w}, below which the
     /// manipulability (`manipulability(part)` with length 1 m) of a chain is not to fall. length, m: what 1 rad counts. Raises LinkworkError for names, other shapes, NaN, and guards that contradict each other.
     ///
     /// >>> robot.q = [0.3, 0.5, 0.4]
-    /// >>> v, residuals = robot.rates_for([{"arm": [0.1, 0, 0]}, [0.0, 0.0, 0.5]])
+    /// >>> v, residuals = robot.prioritized_joint_rates([{"arm": [0.1, 0, 0]}, [0.0, 0.0, 0.5]])
     /// >>> bool(np.allclose((robot.jacobian("arm") @ v)[3:], [0.1, 0, 0])), float(residuals[0]) < 1e-9
     /// (True, True)
     #[pyo3(signature = (levels, *, horizon=0.1, manipulable=None, length=1.0))]
-    fn rates_for<'py>(
+    fn prioritized_joint_rates<'py>(
         slf: &Bound<'py, Self>,
         levels: Vec<Bound<'py, PyAny>>,
         horizon: f64,
@@ -170,24 +170,24 @@ impl Robot {
             guarded.push((own.part(&name.extract::<String>()?)?, least.extract::<f64>()?));
         }
         let (mut v, mut residuals) = (vec![0.0; own.model.nv()], vec![0.0; levels.len()]);
-        let wishes = wishes(&all);
+        let objectives = objectives(&all);
         let guards = Guards { horizon, manipulable: &guarded };
         own.ask(|r| {
-            let mut control = RateControl::new(r, wishes.len(), guarded.len());
-            control.solve(r, &wishes, &guards, &mut v, &mut residuals)
+            let mut control = RateControl::new(r, objectives.len(), guarded.len());
+            control.solve(r, &objectives, &guards, &mut v, &mut residuals)
         })?;
         Ok((checked1(py, v)?, checked1(py, residuals)?))
     }
 
     /// Rates (nv,), rad/s and m/s, at the robot's q with which the tip of a chain moves as asked, or as nearly as it can: (v, (linear, angular)), the latter what is missing, m/s and rad/s. twist (6,): [ω; v]
-    /// of the tip's origin against the chain's base, rad/s and m/s, world axes. Of all such rates the least; within limits of rates, and not outward at a limit. The chain alone moves. Where there is more to wish for, or limits
-    /// are to be approached slowly, `rates_for` does it. Raises LinkworkError for a part that is no chain, another length and NaN.
+    /// of the tip's origin against the chain's base, rad/s and m/s, world axes. Of all such rates the least; within limits of rates, and not outward at a limit. The chain alone moves. Where there is more to objective for, or limits
+    /// are to be approached slowly, `prioritized_joint_rates` does it. Raises LinkworkError for a part that is no chain, another length and NaN.
     ///
     /// >>> robot.q = [0.3, 0.5, 0.4]
-    /// >>> v, missing = robot.tip_rates("arm", [0, -0.2, 0, 0.1, 0, 0.05])
+    /// >>> v, missing = robot.joint_rates("arm", [0, -0.2, 0, 0.1, 0, 0.05])
     /// >>> bool(np.allclose(robot.jacobian("arm") @ v, [0, -0.2, 0, 0.1, 0, 0.05])), bool(max(missing) < 1e-9)
     /// (True, True)
-    fn tip_rates<'py>(
+    fn joint_rates<'py>(
         slf: &Bound<'py, Self>,
         part: &str,
         twist: Given<'_, 'py>,
@@ -202,7 +202,7 @@ impl Robot {
     }
 
     /// Forces of the whole robot at its q and rates v (nv,) for accelerations in order of priority, with contacts that press and do not slip, within limits of
-    /// effort: a WholeBodyForces. levels: as `rates_for`, of accelerations, rad/s² and m/s². touches: [(part, point (3,) in its tip's frame, m, normal (3,) towards the robot in
+    /// effort: a WholeBodyForces. levels: as `prioritized_joint_rates`, of accelerations, rad/s² and m/s². touches: [(part, point (3,) in its tip's frame, m, normal (3,) towards the robot in
     /// the world, friction[, most normal force, N])]. effort: (nv,), N m and N, 0 where nothing drives; None: limits of the mechanism, and 0 for ball and free hinges. Where
     /// the contacts cannot carry the robot or the joints are too weak, that is told with the best there is. Raises LinkworkError for names, other shapes, NaN, friction and normals that are none.
     ///
@@ -259,13 +259,13 @@ impl Robot {
                 effort
             }
         };
-        let wishes = wishes(&all);
+        let objectives = objectives(&all);
         let (mut tau, mut vdot) = (vec![0.0; nv], vec![0.0; nv]);
         let mut forces = vec![Vec3::zeros(); points.len()];
         let told = own.ask(|r| {
-            let mut whole = WholeBody::new(r, points.len(), wishes.len());
+            let mut whole = WholeBody::new(r, points.len(), objectives.len());
             let out = (&mut tau[..], &mut vdot[..], &mut forces[..]);
-            whole.solve(r, v.slice(), &points, &wishes, &effort, out)
+            whole.solve(r, v.slice(), &points, &objectives, &effort, out)
         })?;
         let forces = forces.iter().flat_map(|f| [f.x, f.y, f.z]).collect();
         Ok(WholeBodyForces { tau, vdot, forces, told })

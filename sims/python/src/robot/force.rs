@@ -204,11 +204,11 @@ impl Robot {
     /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 1, 0]), **block).build()
     /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
     /// >>> with fitter.grasp("arm", "pliers", np.eye(4)):
-    /// ...     tau, forces = fitter.feed_forward_with("pliers", [0, 0, 0], [0, 0, 0], [0.0], [0.0])
+    /// ...     tau, forces = fitter.feed_forward_with_object("pliers", [0, 0, 0], [0, 0, 0], [0.0], [0.0])
     /// >>> forces.round(6).tolist()
     /// [-0.04905]
     #[pyo3(signature = (object, v, a, rates, accelerations, pushes=None))]
-    fn feed_forward_with<'py>(
+    fn feed_forward_with_object<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
         v: Given<'_, 'py>,
@@ -227,7 +227,7 @@ impl Robot {
         let (mut tau, mut forces) = (vec![0.0; nv], vec![0.0; n]);
         let robot = (v.slice(), a.slice());
         let joints = (rates.slice(), accelerations.slice());
-        own.ask(|r| r.feed_forward_with(robot, what, joints, &list, &mut tau, &mut forces))?;
+        own.ask(|r| r.feed_forward_with_object(robot, what, joints, &list, &mut tau, &mut forces))?;
         Ok((checked1(py, tau)?, checked1(py, forces)?))
     }
 
@@ -238,14 +238,14 @@ impl Robot {
     /// >>> pliers = linkwork.Builder().body("pliers", "world", linkwork.Hinge.free(), **block).body("jaw", "pliers", linkwork.Hinge.pin([0, 1, 0]), **block).build()
     /// >>> fitter = linkwork.Robot(parts.build(), chains={"arm": ("world", "hand")}, objects={"pliers": pliers}, colliders=[])
     /// >>> with fitter.grasp("arm", "pliers", np.eye(4)):
-    /// ...     fitter.mass_matrix_with("pliers").shape
+    /// ...     fitter.mass_matrix_with_object("pliers").shape
     /// (4, 4)
-    fn mass_matrix_with<'py>(slf: &Bound<'py, Self>, object: &str) -> PyResult<Array2<'py>> {
+    fn mass_matrix_with_object<'py>(slf: &Bound<'py, Self>, object: &str) -> PyResult<Array2<'py>> {
         let own = base(slf);
         let what = own.object(object)?;
         let n = own.model.nv() + own.joints_of(object, what)?;
         let mut M = vec![0.0; n * n];
-        own.ask(|r| r.mass_matrix_with(what, &mut M))?;
+        own.ask(|r| r.mass_matrix_with_object(what, &mut M))?;
         out2(slf.py(), M, n, n)
     }
 
@@ -282,7 +282,7 @@ impl Robot {
     /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
     /// >>> press = linkwork.Robot(rail.build(), chains={"l": ("world", "left"), "r": ("world", "right")}, objects={"bar": (1.0, [0, 0, 0], np.eye(3))}, colliders=[])
     /// >>> grips = press.grasp("l", "bar"), press.grasp("r", "bar")
-    /// >>> press.exert("bar", press.gravity_forces(), [[0, 0, 0, 20.0, 0, 0], [0, 0, 0, -5.0, 0, 0]]).round(9).tolist()
+    /// >>> press.add_hand_wrenches("bar", press.gravity_forces(), [[0, 0, 0, 20.0, 0, 0], [0, 0, 0, -5.0, 0, 0]]).round(9).tolist()
     /// [20.0, -5.0]
     fn exert<'py>(
         slf: &Bound<'py, Self>,
@@ -294,7 +294,7 @@ impl Robot {
         let what = own.object(object)?;
         let mut tau = vector(tau, own.model.nv(), "tau")?.slice().to_vec();
         let wrenches = of_two_hands(wrenches)?;
-        own.ask(|r| r.exert(what, &wrenches, &mut tau))?;
+        own.ask(|r| r.add_hand_wrenches(what, &wrenches, &mut tau))?;
         checked1(py, tau)
     }
 
@@ -308,11 +308,11 @@ impl Robot {
     /// ...     rail = rail.body(name, "world", linkwork.Hinge.slider([1, 0, 0]), mass=1, com=[0, 0, 0], inertia=np.eye(3), hinge_in_parent=[x, 0, 0])
     /// >>> press = linkwork.Robot(rail.build(), chains={"l": ("world", "left"), "r": ("world", "right")}, objects={"bar": (1.0, [0, 0, 0], np.eye(3))}, colliders=[])
     /// >>> grips = press.grasp("l", "bar"), press.grasp("r", "bar")
-    /// >>> moving, squeezing, net = press.move_squeeze("bar", [[0, 0, 0, 25, 0, 0], [0, 0, 0, -20, 0, 0]])
+    /// >>> moving, squeezing, net = press.split_hand_wrenches("bar", [[0, 0, 0, 25, 0, 0], [0, 0, 0, -20, 0, 0]])
     /// >>> moving[:, 3].round(9).tolist(), squeezing[:, 3].round(9).tolist(), float(net[3])
     /// ([2.5, 2.5], [22.5, -22.5], 5.0)
     #[pyo3(signature = (object, wrenches, *, hands=(1.0, 1.0), moment=1.0))]
-    fn move_squeeze<'py>(
+    fn split_hand_wrenches<'py>(
         slf: &Bound<'py, Self>,
         object: &str,
         wrenches: Given<'_, 'py>,
@@ -323,7 +323,7 @@ impl Robot {
         let what = own.object(object)?;
         let wrenches = of_two_hands(wrenches)?;
         let weights = HandWeights { hands: hands.into(), moment };
-        let found = own.ask(|r| r.move_squeeze(what, &wrenches, &weights))?;
+        let found = own.ask(|r| r.split_hand_wrenches(what, &wrenches, &weights))?;
         Ok((two(py, &found.moving)?, two(py, &found.squeezing)?, out_force(py, &found.net)?))
     }
 
@@ -359,7 +359,7 @@ impl Robot {
             most,
         });
         let found = own.ask(|r| r.grip(what, &wrenches, &friction))?;
-        Ok((two(py, &found.wrenches)?, found.missing))
+        Ok((two(py, &found.wrenches)?, found.shortfall))
     }
 
     /// What tips of chains feel of the robot's mass at its q, with what is held: Λ = (J M⁻¹ Jᵀ)⁻¹, (6 k, 6 k), kg m² and kg, rows [angular; linear] of each of

@@ -10,15 +10,15 @@ use std::sync::Mutex;
 
 /// What tells where the robot is at a time.
 enum Kind {
-    Way(Box<Timing>),
+    PlanOutcome(Box<Timing>),
     Move(Box<Transfer>),
 }
 
-/// A motion in time, of `Robot.time_way` and `Robot.transfer`: configurations, rates and accelerations at any time.
+/// A motion in time, of `Robot.time_parameterize` and `Robot.transfer`: configurations, rates and accelerations at any time.
 ///
 /// >>> rail = linkwork.Builder().body("cart", "world", linkwork.Hinge.slider([1, 0, 0]), mass=2, com=[0, 0, 0], inertia=np.eye(3)).build()
 /// >>> robot = linkwork.Robot(rail, chains={"arm": ("world", "cart")}, colliders=[])
-/// >>> motion = robot.time_way([[0.0], [1.0]], acceleration=4.0)
+/// >>> motion = robot.time_parameterize([[0.0], [1.0]], acceleration=4.0)
 /// >>> motion
 /// Trajectory(1 s, 1 dofs)
 #[pyclass(frozen, weakref, module = "linkwork")]
@@ -75,7 +75,7 @@ impl Trajectory {
             let q = &mut q[nq * k..nq * (k + 1)];
             let (v, a) = (&mut v[nv * k..nv * (k + 1)], &mut a[nv * k..nv * (k + 1)]);
             match &mut *kind {
-                Kind::Way(timing) => timing.at(*t, q, v, a),
+                Kind::PlanOutcome(timing) => timing.at(*t, q, v, a),
                 Kind::Move(transfer) => transfer.at(*t, q, v, a),
             }
             .map_err(refuse)?;
@@ -139,13 +139,13 @@ impl Robot {
     /// (where it becomes impossible) and `share` (what all limits of acceleration and effort would have to be multiplied by); when a rounded corner touches something;
     /// for limits that are not above zero, a way whose speed nothing bounds, other shapes and NaN.
     ///
-    /// >>> robot.time_way([[0, 0, 0], [0.5, 0.2, 0.1], [0.6, 0.8, 0.3]], rate=1.0, acceleration=2.0, round=0.1)
+    /// >>> robot.time_parameterize([[0, 0, 0], [0.5, 0.2, 0.1], [0.6, 0.8, 0.3]], rate=1.0, acceleration=2.0, round=0.1)
     /// Trajectory(1.562001 s, 3 dofs)
-    /// >>> robot.time_way([[0, 0, 0], [0.5, 0.2, 0.1]], rate=1.0, acceleration=2.0, effort=0.1)  # doctest: +ELLIPSIS
+    /// >>> robot.time_parameterize([[0, 0, 0], [0.5, 0.2, 0.1]], rate=1.0, acceleration=2.0, effort=0.1)  # doctest: +ELLIPSIS
     /// Traceback (most recent call last):
     /// linkwork.LinkworkError: no motion along the way keeps the limits ...
     #[pyo3(signature = (way, *, acceleration=None, rate=None, effort=None, round=0.0, sections=None))]
-    fn time_way(
+    fn time_parameterize(
         slf: &Bound<'_, Self>,
         way: Given<'_, '_>,
         acceleration: Option<Given<'_, '_>>,
@@ -195,7 +195,7 @@ impl Robot {
         }
         match timed {
             Timed::Found { duration } => {
-                let kind = Mutex::new(Kind::Way(Box::new(timing)));
+                let kind = Mutex::new(Kind::PlanOutcome(Box::new(timing)));
                 Ok(Trajectory { kind, duration, nq, nv })
             }
             Timed::Infeasible { part, share } => {

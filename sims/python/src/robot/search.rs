@@ -5,7 +5,7 @@ use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::inverse_kinematics::{PORTION, Parts};
 use linkwork_embedded::{
-    self as embedded, Answer, Effort, Outcome, Part, Residual, RobotError, WholeReach,
+    self as embedded, Answer, Effort, Outcome, Part, Residual, RobotError, WholeBodyIk,
 };
 use pyo3::prelude::*;
 use std::sync::Mutex;
@@ -39,7 +39,7 @@ struct State {
 /// Of one chain, or of several tips.
 enum Of {
     Chain(Box<embedded::Robot>, Part),
-    Whole(Box<WholeReach>),
+    Whole(Box<WholeBodyIk>),
 }
 
 /// Where a search is.
@@ -59,7 +59,7 @@ impl Now {
     }
 
     /// What came of a portion of a search of several tips.
-    pub fn take(&mut self, told: Result<Answer, RobotError>, search: &WholeReach) -> PyResult<()> {
+    pub fn take(&mut self, told: Result<Answer, RobotError>, search: &WholeBodyIk) -> PyResult<()> {
         match told {
             Ok(answer) => self.answer = answer,
             Err(error @ RobotError::DoesNotClose { position, orientation, .. }) => {
@@ -131,7 +131,7 @@ impl InverseKinematicsSearch {
             let fact = format!("`kinematics` is {kinematics}");
             refuse_with(fact, "give how many evaluations there may be, 0 or more")
         })?;
-        self.go_on(py, kinematics)
+        self.resume(py, kinematics)
     }
 
     /// The solution (nq,), rad and m. Raises LinkworkError while the search goes on, and when no start led to the goal; the error's `q` is then the nearest configuration, and at the end its `residual` (m, rad) how far that is.
@@ -215,7 +215,7 @@ impl InverseKinematicsSearch {
 
 impl InverseKinematicsSearch {
     /// Of several tips, begun.
-    pub(super) fn whole(name: String, search: WholeReach, now: Now) -> Self {
+    pub(super) fn whole(name: String, search: WholeBodyIk, now: Now) -> Self {
         Self { name, state: Mutex::new(State { of: Of::Whole(Box::new(search)), now }) }
     }
 
@@ -225,7 +225,7 @@ impl InverseKinematicsSearch {
     }
 
     /// Goes on with looks at Ctrl-C, between which others may go on, too; whether it has ended.
-    pub(super) fn go_on(&self, py: Python<'_>, mut kinematics: usize) -> PyResult<bool> {
+    pub(super) fn resume(&self, py: Python<'_>, mut kinematics: usize) -> PyResult<bool> {
         loop {
             py.check_signals()?;
             let portion = kinematics.min(PORTION);
@@ -236,12 +236,13 @@ impl InverseKinematicsSearch {
                 if !now.ended() && portion > 0 {
                     match of {
                         Of::Chain(robot, part) => {
-                            let told =
-                                robot.reach_on(*part, portion, &mut now.q).map_err(refuse)?;
+                            let told = robot
+                                .resume_inverse_kinematics(*part, portion, &mut now.q)
+                                .map_err(refuse)?;
                             (now.answer, now.residuals) = (told, vec![told.residual]);
                         }
                         Of::Whole(search) => {
-                            let told = search.go_on(portion, &mut now.q);
+                            let told = search.resume(portion, &mut now.q);
                             now.take(told, search)?;
                         }
                     }
@@ -294,7 +295,7 @@ impl Asked<'_, '_> {
         let frame = frame(self.in_base);
         let (answer, robot) = slf.py().detach(|| {
             own.ask(|r| {
-                let answer = r.reach(part, &goal, frame, &effort, &mut q)?;
+                let answer = r.inverse_kinematics(part, &goal, frame, &effort, &mut q)?;
                 // What takes long goes on in an instance of its own.
                 Ok((answer, (answer.outcome == Outcome::Unfinished).then(|| r.clone())))
             })
@@ -312,7 +313,7 @@ impl Asked<'_, '_> {
         let (py, name) = (slf.py(), tip(self.part));
         let (mut now, rest) = self.begin(slf, PORTION)?;
         if let Some(rest) = rest {
-            rest.go_on(py, usize::MAX)?;
+            rest.resume(py, usize::MAX)?;
             now = rest.now(py);
         }
         ended(py, &name, now)

@@ -7,7 +7,7 @@ use crate::core::lock;
 use crate::error::{refuse, refuse_with};
 use crate::inverse_kinematics::targets_of;
 use linkwork_embedded::{
-    Answer, Effort, Frame, Goal, Outcome, Prefer, Residual, RobotError, TipGoal, WholeReach,
+    Answer, Effort, Frame, Goal, Outcome, Prefer, Residual, RobotError, TipGoal, WholeBodyIk,
 };
 use pyo3::prelude::*;
 
@@ -16,7 +16,7 @@ struct Asked {
     /// Of whom messages speak.
     name: String,
     goals: Vec<TipGoal>,
-    search: WholeReach,
+    search: WholeBodyIk,
     q: Vec<f64>,
 }
 
@@ -57,7 +57,7 @@ impl Collisions {
             [one] => format!("the tip of {one} comes"),
             all => format!("the tips of {} come", all.join(", ")),
         };
-        let mut search = WholeReach::new(&lock(&self.robot), goals.len());
+        let mut search = WholeBodyIk::new(&lock(&self.robot), goals.len());
         for kept in keep.unwrap_or_default() {
             for body in self.model.bodies(self.part(&kept)?).map_err(refuse)? {
                 let dofs: Vec<usize> = self.model.multibody().get(*body).v().collect();
@@ -131,7 +131,7 @@ impl Robot {
         let asked = own.ask_together(targets, q, in_base, keep)?;
         let name = asked.name.clone();
         let search = asked.begin(own, &effort)?;
-        search.go_on(py, usize::MAX)?;
+        search.resume(py, usize::MAX)?;
         ended(py, &name, search.now(py))
     }
 
@@ -233,7 +233,7 @@ impl Robot {
         match first.filter(|_| together) {
             None => Ok(effort.worst_case_steps(&goal)),
             Some((part, _)) => {
-                let search = WholeReach::new(&lock(&own.robot), 0);
+                let search = WholeBodyIk::new(&lock(&own.robot), 0);
                 Ok(search.worst_case_steps(&[TipGoal::new(part, goal)], &effort))
             }
         }

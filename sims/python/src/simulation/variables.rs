@@ -172,8 +172,8 @@ impl Simulation {
             if r.runner().has_tap(RECORDING) {
                 return Err("a recording is under way\n  help: call stop_recording() first".into());
             }
-            let tap = recording(r.sim(), &path, chosen, &self.configuration)?;
-            r.record(tap);
+            let recorder = recording(r.sim(), &path, chosen, &self.configuration)?;
+            r.record(recorder);
             Ok(())
         };
         self.with(py, open)?.map_err(|e: String| refuse(e))

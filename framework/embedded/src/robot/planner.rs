@@ -30,8 +30,8 @@ impl Default for Search {
 
 /// What a search for a way ends with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Way {
-    /// [`Planner::way`] is free from end to end.
+pub enum PlanOutcome {
+    /// [`Planner::path`] is free from end to end.
     Found,
     /// The start touches something.
     BlockedStart {
@@ -45,7 +45,7 @@ pub enum Way {
     },
     /// The room was used up. There may be a way, or none.
     NotFound,
-    /// There is room left: [`Planner::go_on`] goes on.
+    /// There is room left: [`Planner::resume`] goes on.
     Unfinished,
 }
 
@@ -142,7 +142,7 @@ impl Planner {
     }
 
     /// The way that was found last, configurations (nq) from the start to the goal; all coordinates move in proportion between two of them.
-    pub fn way(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+    pub fn path(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.way.chunks_exact(self.nq)
     }
 
@@ -157,14 +157,14 @@ impl Planner {
         start: &[f64],
         goal: &[f64],
         search: &Search,
-    ) -> Result<Way, RobotError> {
+    ) -> Result<PlanOutcome, RobotError> {
         match self.begin(robot, start, goal, search)? {
-            Way::Unfinished => self.go_on(robot, usize::MAX),
+            PlanOutcome::Unfinished => self.resume(robot, usize::MAX),
             way => Ok(way),
         }
     }
 
-    /// Begins a search as [`plan`](Self::plan) does it, for [`go_on`](Self::go_on): both ends and the straight way. [`Way::Unfinished`] when these do not tell.
+    /// Begins a search as [`plan`](Self::plan) does it, for [`resume`](Self::resume): both ends and the straight way. [`PlanOutcome::Unfinished`] when these do not tell.
     ///
     /// # Errors
     /// As `plan`.
@@ -174,21 +174,21 @@ impl Planner {
         start: &[f64],
         goal: &[f64],
         search: &Search,
-    ) -> Result<Way, RobotError> {
+    ) -> Result<PlanOutcome, RobotError> {
         self.check(robot, start, goal, search)?;
         self.way.clear();
         // Nothing to go on with, unless this ends as unfinished.
         self.drawn = 8 * self.room;
         if let Some(pair) = robot.first_hit(start)? {
-            return Ok(Way::BlockedStart { pair });
+            return Ok(PlanOutcome::BlockedStart { pair });
         }
         if let Some(pair) = robot.first_hit(goal)? {
-            return Ok(Way::BlockedGoal { pair });
+            return Ok(PlanOutcome::BlockedGoal { pair });
         }
         if robot.path_free(start, goal, search.least)? == Path::Free {
             self.way.extend_from_slice(start);
             self.way.extend_from_slice(goal);
-            return Ok(Way::Found);
+            return Ok(PlanOutcome::Found);
         }
         for (tree, end) in self.trees.iter_mut().zip([start, goal]) {
             tree.q.clear();
@@ -200,14 +200,14 @@ impl Planner {
             end.copy_from_slice(start);
         }
         (self.search, self.state, self.drawn, self.growing) = (*search, search.seed, 0, 0);
-        Ok(Way::Unfinished)
+        Ok(PlanOutcome::Unfinished)
     }
 
     /// Goes on with a search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`] for a robot of another size.
-    pub fn go_on(&mut self, robot: &mut Robot, places: usize) -> Result<Way, RobotError> {
+    pub fn resume(&mut self, robot: &mut Robot, places: usize) -> Result<PlanOutcome, RobotError> {
         if robot.q.len() != self.nq {
             return Err(RobotError::ForeignHandle);
         }
@@ -217,7 +217,7 @@ impl Planner {
             let full = self.trees.iter().any(|t| t.parents.len() == self.room);
             // A draw that leads nowhere counts as well: the work is bounded.
             if full || self.drawn >= 8 * self.room {
-                return Ok(Way::NotFound);
+                return Ok(PlanOutcome::NotFound);
             }
             self.drawn += 1;
             for (x, c) in self.to.iter_mut().zip(&self.chain) {
@@ -236,12 +236,12 @@ impl Planner {
                     self.join();
                     self.cut_corners(robot, search)?;
                     self.drawn = 8 * self.room;
-                    return Ok(Way::Found);
+                    return Ok(PlanOutcome::Found);
                 }
             }
             self.growing = 1 - growing;
         }
-        Ok(Way::Unfinished)
+        Ok(PlanOutcome::Unfinished)
     }
 
     fn check(

@@ -22,7 +22,7 @@ pub enum Frame {
     World,
     /// The frame of the chain's base, wherever what carries it is.
     Base,
-    /// The tip of another chain. [`Robot::reach`] leaves that where it is; [`WholeReach`](super::WholeReach) moves both.
+    /// The tip of another chain. [`Robot::inverse_kinematics`] leaves that where it is; [`WholeBodyIk`](super::WholeBodyIk) moves both.
     Tip(Part),
 }
 
@@ -71,9 +71,9 @@ impl Effort {
         }
     }
 
-    /// Evaluations of the kinematics after which [`Robot::reach`] has ended at the latest, met or with the nearest, whatever the chain, the start and the goal's
+    /// Evaluations of the kinematics after which [`Robot::inverse_kinematics`] has ended at the latest, met or with the nearest, whatever the chain, the start and the goal's
     /// numbers; a call ends sooner where `kinematics` bounds it. Most searches take a hundredth of it.
-    /// [`WholeReach::worst_case_steps`](super::WholeReach::worst_case_steps) is that of the whole.
+    /// [`WholeBodyIk::worst_case_steps`](super::WholeBodyIk::worst_case_steps) is that of the whole.
     #[must_use]
     pub fn worst_case_steps(&self, goal: &Goal) -> usize {
         self.inner().worst_case_steps([goal], false)
@@ -87,7 +87,7 @@ pub enum Outcome {
     Met,
     /// No start led there: this is the nearest of all. A minimum of another basin may be nearer.
     Nearest,
-    /// The effort was used up; [`Robot::reach_on`] goes on.
+    /// The effort was used up; [`Robot::resume_inverse_kinematics`] goes on.
     Unfinished,
 }
 
@@ -113,13 +113,13 @@ pub(super) fn memory(chain: &Chain) -> InverseKinematics {
 impl Robot {
     /// Moves the chain's numbers in `q` (nq of the whole; in: where to start, out: the solution, or the nearest
     /// configuration) until its tip meets the goal (given in `frame`), within limits. The robot's own q does not change. Of an object in two
-    /// hands it moves this one alone: [`WholeReach`](crate::WholeReach) moves both, and tells how far apart they are.
+    /// hands it moves this one alone: [`WholeBodyIk`](crate::WholeBodyIk) moves both, and tells how far apart they are.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
     /// [`RobotError::OutOfRange`] (weights, tolerances, a goal that asks for nothing), [`RobotError::OutsideLimits`]; then q is left alone. *Not reached* is an
     /// answer, not an error.
-    pub fn reach(
+    pub fn inverse_kinematics(
         &mut self,
         part: Part,
         goal: &Goal,
@@ -127,12 +127,12 @@ impl Robot {
         effort: &Effort,
         q: &mut [f64],
     ) -> Result<Answer, RobotError> {
-        self.begin_reach(part, goal, frame, effort, q)?;
-        self.reach_on(part, effort.kinematics, q)
+        self.begin_inverse_kinematics(part, goal, frame, effort, q)?;
+        self.resume_inverse_kinematics(part, effort.kinematics, q)
     }
 
     /// Checks, and prepares the search.
-    pub(super) fn begin_reach(
+    pub(super) fn begin_inverse_kinematics(
         &mut self,
         part: Part,
         goal: &Goal,
@@ -152,7 +152,7 @@ impl Robot {
                 let moving = &model.bodies(part)?[..1];
                 if moving.iter().any(|b| model.multibody().on_path(*b, tip)) {
                     let (what, value) = ("tip that moves with the chain", other.index() as f64);
-                    let help = "give a goal in the world or in the base, or use `WholeReach`";
+                    let help = "give a goal in the world or in the base, or use `WholeBodyIk`";
                     return Err(RobotError::OutOfRange { what, value, help });
                 }
                 self.fresh = false;
@@ -226,7 +226,7 @@ impl Robot {
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::OpensClosure`], [`RobotError::Length`], [`RobotError::NotFinite`],
     /// [`RobotError::OutOfRange`] (a goal without a position or an orientation), [`RobotError::OutsideLimits`] (the hinge that is
     /// held), [`RobotError::NoRoom`].
-    pub fn reach_all(
+    pub fn inverse_kinematics_all(
         &mut self,
         closed: &ClosedForm,
         goal: &Goal,
@@ -285,7 +285,7 @@ impl Robot {
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NoSearch`].
-    pub fn reach_on(
+    pub fn resume_inverse_kinematics(
         &mut self,
         part: Part,
         kinematics: usize,

@@ -1,20 +1,20 @@
-//! The simulation's own figures: numbers that sum up a run, taken while it runs, in fixed memory.
+//! The simulation's own metrics: numbers that sum up a run, taken while it runs, in fixed memory.
 //!
-//! Figures observe the run ([`Observer`]). They take variables over time, not at rows: a mean does not depend on the length of
-//! rows, and an extreme between two rows is found. Figures of one variable share its statistics.
+//! Metrics observe the run ([`Observer`]). They take variables over time, not at rows: a mean does not depend on the length of
+//! rows, and an extreme between two rows is found. Metrics of one variable share its statistics.
 mod quantiles;
 mod statistics;
 
 use crate::balance::{Balance, Saved};
 use crate::prepare::condition;
-use linkwork_assembly::{Figure, FigureOf, Take};
+use linkwork_assembly::{Metric, MetricOf, Take};
 use linkwork_runtime::{
     Condition, Fault, Observer, Place, Plan, PortKind, Simulation, Stretch, Times, Unit, Wanted,
 };
 use serde::{Deserialize, Serialize};
 use statistics::{Span, Statistics, Wants, crossing};
 
-/// One figure: its name and how it is shown.
+/// One metric: its name and how it is shown.
 #[derive(Clone, Debug)]
 pub struct Tracked {
     /// Name.
@@ -26,7 +26,7 @@ pub struct Tracked {
     of: Of,
 }
 
-/// The series or the first value of a figure, by its place in [`Figures`].
+/// The series or the first value of a metric, by its place in [`Metrics`].
 #[derive(Clone, Copy, Debug)]
 enum Of {
     Series(usize),
@@ -82,7 +82,7 @@ struct First {
     found: Option<(f64, f64)>,
 }
 
-/// The state of all figures in a checkpoint, by the keys of their series.
+/// The state of all metrics in a checkpoint, by the keys of their series.
 #[derive(Serialize, Deserialize)]
 struct Kept {
     series: Vec<(String, Statistics)>,
@@ -90,10 +90,10 @@ struct Kept {
     balance: Option<Saved>,
 }
 
-/// All figures of a run.
+/// All metrics of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Figures {
-    /// The figures, in the order of their names.
+pub struct Metrics {
+    /// The metrics, in the order of their names.
     pub list: Vec<Tracked>,
     places: Vec<Place>,
     series: Vec<Series>,
@@ -103,7 +103,7 @@ pub struct Figures {
     pub balance: Option<Balance>,
 }
 
-/// Values inside a stretch that several figures look at.
+/// Values inside a stretch that several metrics look at.
 #[derive(Clone, Debug, Default)]
 struct Memo {
     known: [bool; PARTS.len()],
@@ -129,15 +129,15 @@ impl Memo {
     }
 }
 
-impl Figures {
+impl Metrics {
     /// From the file.
     ///
     /// # Errors
     /// Variables that are not there, units that do not fit, conditions that cannot be read.
-    pub fn new(plan: &Plan, figures: &[Figure]) -> Result<Figures, Vec<Fault>> {
-        let (mut all, mut faults) = (Figures::default(), Vec::new());
-        for figure in figures {
-            if let Err(fault) = all.add(plan, figure) {
+    pub fn new(plan: &Plan, metrics: &[Metric]) -> Result<Metrics, Vec<Fault>> {
+        let (mut all, mut faults) = (Metrics::default(), Vec::new());
+        for metric in metrics {
+            if let Err(fault) = all.add(plan, metric) {
                 faults.push(fault);
             }
         }
@@ -162,16 +162,16 @@ impl Figures {
         Over { condition, columns }
     }
 
-    fn add(&mut self, plan: &Plan, f: &Figure) -> Result<(), Fault> {
-        let what = format!("figure `{}`", f.name);
+    fn add(&mut self, plan: &Plan, f: &Metric) -> Result<(), Fault> {
+        let what = format!("metric `{}`", f.name);
         let at = f.at.as_ref().map(|at| condition(plan, at, &what)).transpose()?;
         let (source, key, own) = match &f.of {
-            FigureOf::Condition(when) => {
+            MetricOf::Condition(when) => {
                 let condition = condition(plan, when, &what)?;
                 let key = format!("when {}", condition.text);
                 (Source::Condition(self.over(condition)), key, Unit::ONE)
             }
-            FigureOf::Variable(of) => {
+            MetricOf::Variable(of) => {
                 let v = plan.variable(&of.text).map_err(|e| {
                     Fault::new(of.origin, format!("{what}: {}", e.message)).help(e.help)
                 })?;
@@ -199,8 +199,8 @@ impl Figures {
         Ok(())
     }
 
-    /// Returns the place of the series of a variable or condition. Figures that need the same statistics of it share the series, and
-    /// only these, so that the result of a figure does not depend on the other figures.
+    /// Returns the place of the series of a variable or condition. Metrics that need the same statistics of it share the series, and
+    /// only these, so that the result of a metric does not depend on the other metrics.
     fn series(&mut self, of: &str, source: Source, wants: Wants) -> usize {
         let key = format!("{wants:?} {of}");
         let known = self.series.iter().position(|s| s.key == key);
@@ -210,7 +210,7 @@ impl Figures {
         })
     }
 
-    /// Observes a run from its present instant on. [`Figures::of`] returns them from then on.
+    /// Observes a run from its present instant on. [`Metrics::of`] returns them from then on.
     pub fn observe(mut self, sim: &mut Simulation) {
         if self.list.is_empty() && self.balance.is_none() {
             return;
@@ -223,8 +223,8 @@ impl Figures {
         sim.observe(&wanted, Box::new(self));
     }
 
-    /// The figures that observe a run.
-    pub fn of(sim: &Simulation) -> Option<&Figures> {
+    /// The metrics that observe a run.
+    pub fn of(sim: &Simulation) -> Option<&Metrics> {
         sim.observer()
     }
 
@@ -238,16 +238,16 @@ impl Figures {
             firsts: self.firsts.iter().map(|f| (f.key.clone(), f.found)).collect(),
             balance: self.balance.as_ref().map(Balance::save),
         };
-        rmp_serde::to_vec_named(&kept).map_err(|e| format!("the figures: {e}"))
+        rmp_serde::to_vec_named(&kept).map_err(|e| format!("the metrics: {e}"))
     }
 
-    /// Restores the figures of variables and conditions that the checkpoint has. Other figures begin at its instant.
+    /// Restores the metrics of variables and conditions that the checkpoint has. Other metrics begin at its instant.
     ///
     /// # Errors
     /// The saved state cannot be read.
     pub fn restore(&mut self, saved: &[u8]) -> Result<(), String> {
         let kept: Kept = rmp_serde::from_slice(saved)
-            .map_err(|e| format!("the figures of the checkpoint cannot be read: {e}"))?;
+            .map_err(|e| format!("the metrics of the checkpoint cannot be read: {e}"))?;
         for (key, mut statistics) in kept.series {
             if let Some(own) = self.series.iter_mut().find(|s| s.key == key) {
                 statistics.make_room();
@@ -283,7 +283,7 @@ impl Tracked {
         (y - self.shown_in.offset) / self.shown_in.scale
     }
 
-    /// Returns the figure. Differences and deviations have no offset: a range of 10 K is one of 10 degC.
+    /// Returns the metric. Differences and deviations have no offset: a range of 10 K is one of 10 degC.
     fn value(&self, of: &Series) -> f64 {
         let (s, scale) = (&of.statistics, self.shown_in.scale);
         if s.last.is_nan() && s.time == 0.0 {
@@ -313,11 +313,11 @@ impl Tracked {
 }
 
 /// The unit as written, and as read. Instants are shown in a unit of time.
-fn shown(plan: &Plan, f: &Figure, own: Unit, what: &str) -> Result<(String, Unit), Fault> {
+fn shown(plan: &Plan, f: &Metric, own: Unit, what: &str) -> Result<(String, Unit), Fault> {
     let instant = matches!(f.take, Take::TimeOfMin | Take::TimeOfMax | Take::TimeOfMaxAbs);
     let (of, text) = match &f.of {
-        FigureOf::Condition(_) => ("it", ""),
-        FigureOf::Variable(of) => {
+        MetricOf::Condition(_) => ("it", ""),
+        MetricOf::Variable(of) => {
             (of.text.as_str(), plan.variables.get(&of.text).map_or("", |v| &*v.unit))
         }
     };
@@ -353,7 +353,7 @@ fn wants(take: Take) -> Wants {
     }
 }
 
-impl Observer for Figures {
+impl Observer for Metrics {
     fn instant(&mut self, t: Times, values: &[f64]) {
         if let Some(balance) = &mut self.balance {
             balance.instant(t.time, values);

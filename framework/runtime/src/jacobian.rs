@@ -19,17 +19,17 @@ pub enum Operation {
 /// A block fills the columns that it knows; the others are found by differences. Where two inputs of a block may be fed
 /// by one signal, it fills the columns of both or of neither: each with the derivative by that input alone.
 #[derive(Clone, Debug, Default)]
-pub struct Slopes {
+pub struct Jacobian {
     rows: usize,
     values: Vec<f64>,
     known: Vec<bool>,
     wanted: Vec<bool>,
 }
 
-impl Slopes {
+impl Jacobian {
     /// With memory for a Jacobian of `entries` numbers and `columns` columns.
     pub(crate) fn with_capacity(entries: usize, columns: usize) -> Self {
-        Slopes {
+        Jacobian {
             rows: 0,
             values: Vec::with_capacity(entries),
             known: Vec::with_capacity(columns),

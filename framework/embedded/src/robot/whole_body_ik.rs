@@ -4,9 +4,9 @@
 //! The same search as of one chain (`linkwork_dynamics::inverse_kinematics`), over all coordinates that are not kept. Closures come before goals:
 //! where not all can be met, the nearest configuration is the nearest of those in which everything is closed.
 
+use super::inverse_kinematics::{Answer, Effort, Frame, Outcome, check};
 use super::kinematics::gather;
 use super::prefer::{agility, check_prefer, distances, scales};
-use super::reach::{Answer, Effort, Frame, Outcome, check};
 use super::{Best, Hold, Prefer, Robot};
 use crate::error::{Closure, RobotError};
 use crate::model::RobotModel;
@@ -45,7 +45,7 @@ impl TipGoal {
 
 /// A search of the whole, with its memory. Answers depend on no search before.
 #[derive(Debug)]
-pub struct WholeReach {
+pub struct WholeBodyIk {
     model: Arc<RobotModel>,
     ik: InverseKinematics,
     /// Goals, and closures, for which there is room.
@@ -62,7 +62,7 @@ pub struct WholeReach {
     searching: bool,
 }
 
-impl Clone for WholeReach {
+impl Clone for WholeBodyIk {
     /// Of its own, with all its memory: no later call allocates.
     fn clone(&self) -> Self {
         let mut new = Self {
@@ -86,7 +86,7 @@ impl Clone for WholeReach {
     }
 }
 
-impl WholeReach {
+impl WholeBodyIk {
     /// With room for so many goals at once, and for two hands on every object. Allocates: once, at set-up.
     #[must_use]
     pub fn new(robot: &Robot, goals: usize) -> Self {
@@ -147,8 +147,8 @@ impl WholeReach {
     /// own q does not change; what two of its hands hold is held in the answer, held at the start or not. Without goals it closes what is open.
     ///
     /// # Errors
-    /// As [`begin`](Self::begin) and [`go_on`](Self::go_on).
-    pub fn reach(
+    /// As [`begin`](Self::begin) and [`resume`](Self::resume).
+    pub fn solve(
         &mut self,
         robot: &Robot,
         goals: &[TipGoal],
@@ -156,7 +156,7 @@ impl WholeReach {
         q: &mut [f64],
     ) -> Result<Answer, RobotError> {
         self.begin(robot, goals, effort, q)?;
-        self.go_on(effort.kinematics, q)
+        self.resume(effort.kinematics, q)
     }
 
     /// Evaluations of the kinematics after which a search for such goals has ended at the latest, whatever the start, the goals' numbers and what hands hold.
@@ -169,7 +169,7 @@ impl WholeReach {
         effort.inner().worst_case_steps(goals.iter().map(|g| &g.goal), closures)
     }
 
-    /// Prepares a search, for [`go_on`](Self::go_on). It knows what hands hold now.
+    /// Prepares a search, for [`resume`](Self::resume). It knows what hands hold now.
     ///
     /// # Errors
     /// [`RobotError::ForeignHandle`], [`RobotError::NotAChain`], [`RobotError::Length`], [`RobotError::NotFinite`], [`RobotError::NoRoom`],
@@ -235,7 +235,7 @@ impl WholeReach {
     /// # Errors
     /// [`RobotError::Length`], [`RobotError::NoSearch`]; [`RobotError::DoesNotClose`] at the end of a search without a configuration in which all is closed:
     /// `q` is then where it is least open.
-    pub fn go_on(&mut self, kinematics: usize, q: &mut [f64]) -> Result<Answer, RobotError> {
+    pub fn resume(&mut self, kinematics: usize, q: &mut [f64]) -> Result<Answer, RobotError> {
         if q.len() != self.q.len() {
             let (got, wanted) = (q.len(), self.q.len());
             return Err(RobotError::Length { what: "q", got, wanted });

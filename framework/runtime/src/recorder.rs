@@ -1,10 +1,10 @@
-//! Taps: rows of chosen variables, copied at their own periods to a consumer in its own thread.
+//! Recorders: rows of chosen variables, copied at their own periods to a consumer in its own thread.
 //!
-//! A tap reads the state and never writes it (rule 6 of ARCHITECTURE.md). The ring is bounded, so nothing grows
-//! (rule 12 of ARCHITECTURE.md). What a slow consumer costs is said where the tap is started: a log makes the run
+//! A recorder reads the state and never writes it (rule 6 of ARCHITECTURE.md). The ring is bounded, so nothing grows
+//! (rule 12 of ARCHITECTURE.md). What a slow consumer costs is said where the recorder is started: a log makes the run
 //! wait and loses nothing; a viewer makes it wait a little in all, and then loses rows, which are
 //! counted.
-use crate::rows::{Group, Kept, Rows, Sink, TapRow};
+use crate::rows::{Group, Kept, Rows, Sample, Sink};
 use crate::step::Simulation;
 use crate::time::nanoseconds;
 use std::sync::mpsc::{
@@ -38,24 +38,24 @@ pub struct SetRow {
     pub value: f64,
 }
 
-/// What a tap feeds, in its own thread.
+/// What a recorder feeds, in its own thread.
 pub trait Consumer: Send {
     /// Takes a row.
     ///
     /// # Errors
-    /// A message; the tap ends, the run is told at its next sample.
-    fn row(&mut self, row: &TapRow) -> Result<(), String>;
+    /// A message; the recorder ends, the run is told at its next sample.
+    fn row(&mut self, row: &Sample) -> Result<(), String>;
     /// Somebody set, pinned or unpinned a variable, at the tick whose rows come next.
     ///
     /// # Errors
-    /// A message; the tap ends.
+    /// A message; the recorder ends.
     fn set(&mut self, _set: &SetRow) -> Result<(), String> {
         Ok(())
     }
-    /// Brings the rows so far to where a killed process leaves them ([`Tap::flush`]).
+    /// Brings the rows so far to where a killed process leaves them ([`Recorder::flush`]).
     ///
     /// # Errors
-    /// A message; the tap ends.
+    /// A message; the recorder ends.
     fn flush(&mut self) -> Result<(), String> {
         Ok(())
     }
@@ -80,14 +80,14 @@ pub enum Overflow {
 const PATIENCE: (Duration, u32) = (Duration::from_millis(10), 200);
 
 enum Message {
-    Row(TapRow),
+    Row(Sample),
     Set(SetRow),
     /// The answer goes back.
     Flush(SyncSender<Result<(), String>>),
 }
 
-/// A running tap.
-pub struct Tap {
+/// A running recorder.
+pub struct Recorder {
     groups: Vec<Rows>,
     channel: Channel,
 }
@@ -95,7 +95,7 @@ pub struct Tap {
 /// To the consumer and back.
 struct Channel {
     full: Option<SyncSender<Message>>,
-    empty: Receiver<TapRow>,
+    empty: Receiver<Sample>,
     done: Receiver<Result<(), String>>,
     overflow: Overflow,
     /// Waits left.
@@ -105,7 +105,7 @@ struct Channel {
     process: u32,
 }
 
-impl Tap {
+impl Recorder {
     /// Starts the consumer's thread; the run waits for it when it is slow. Rows begin at the
     /// present tick when the run is at its start, and after it when the run was resumed (that row
     /// is in the earlier log).
@@ -117,7 +117,7 @@ impl Tap {
         groups: Vec<Group>,
         depth: usize,
         consumer: Box<dyn Consumer>,
-    ) -> std::io::Result<Tap> {
+    ) -> std::io::Result<Recorder> {
         Self::with(sim, groups, depth, Overflow::Wait, consumer)
     }
 
@@ -131,21 +131,21 @@ impl Tap {
         depth: usize,
         overflow: Overflow,
         consumer: Box<dyn Consumer>,
-    ) -> std::io::Result<Tap> {
+    ) -> std::io::Result<Recorder> {
         let width = groups.iter().map(Group::width).max().unwrap_or(0);
         let groups: Result<Vec<Rows>, String> =
             groups.into_iter().zip(0..).map(|(g, k)| Rows::new(sim, k, g)).collect();
         let groups =
             groups.map_err(|e| std::io::Error::new(std::io::ErrorKind::InvalidInput, e))?;
         let (full, rows) = sync_channel::<Message>(depth);
-        let (back, empty) = sync_channel::<TapRow>(depth);
+        let (back, empty) = sync_channel::<Sample>(depth);
         for _ in 0..depth {
             // Fits: the channel holds `depth`.
             let _ =
-                back.try_send(TapRow { values: Vec::with_capacity(width), ..TapRow::default() });
+                back.try_send(Sample { values: Vec::with_capacity(width), ..Sample::default() });
         }
         let (end, done) = sync_channel(1);
-        std::thread::Builder::new().name("tap".into()).spawn(move || {
+        std::thread::Builder::new().name("recorder".into()).spawn(move || {
             // Nobody may be waiting any more: then nobody wants to know.
             let _ = end.send(consume(consumer, &rows, &back));
         })?;
@@ -153,7 +153,7 @@ impl Tap {
         let full = Some(full);
         let process = std::process::id();
         let channel = Channel { full, empty, done, overflow, patience, dropped: 0, process };
-        Ok(Tap { groups, channel })
+        Ok(Recorder { groups, channel })
     }
 
     /// Copies the rows that are due.
@@ -165,8 +165,8 @@ impl Tap {
         self.groups.iter_mut().try_for_each(|rows| rows.sample(sim, channel))
     }
 
-    /// What decides about rows to come, for a checkpoint of the present tick: [`Tap::go_on`] with it gives the rows that
-    /// this tap would have given.
+    /// What decides about rows to come, for a checkpoint of the present tick: [`Recorder::resume`] with it gives the rows that
+    /// this recorder would have given.
     ///
     /// # Errors
     /// A message, when it cannot be written down.
@@ -175,11 +175,11 @@ impl Tap {
         rmp_serde::to_vec(&kept).map_err(|e| format!("the rows that wait: {e}"))
     }
 
-    /// Goes on where the tap of an earlier run stood, of which `sim` was resumed and which had these groups, and perhaps others.
+    /// Goes on where the recorder of an earlier run stood, of which `sim` was resumed and which had these groups, and perhaps others.
     ///
     /// # Errors
     /// A message, when a group remembers rows that it lacks; those then begin after the present tick.
-    pub fn go_on(&mut self, carried: &[u8], sim: &Simulation) -> Result<(), String> {
+    pub fn resume(&mut self, carried: &[u8], sim: &Simulation) -> Result<(), String> {
         let bad = |e: String| format!("what the checkpoint remembers of the rows before it: {e}");
         let kept: Vec<Kept> = rmp_serde::from_slice(carried).map_err(|e| bad(e.to_string()))?;
         self.groups.iter_mut().try_for_each(|rows| rows.take(&kept, sim)).map_err(bad)
@@ -257,7 +257,7 @@ impl Tap {
 }
 
 impl Sink for Channel {
-    fn room(&mut self) -> Result<Option<TapRow>, String> {
+    fn room(&mut self) -> Result<Option<Sample>, String> {
         if self.overflow == Overflow::Wait {
             return match self.empty.try_recv() {
                 Ok(row) => Ok(Some(row)),
@@ -286,7 +286,7 @@ impl Sink for Channel {
         }
     }
 
-    fn send(&mut self, row: TapRow) -> Result<(), String> {
+    fn send(&mut self, row: Sample) -> Result<(), String> {
         let Some(full) = &self.full else { return self.end() };
         // There is room: as many rows go round as the channel holds. Only a flush can be
         // in the way, and none is when rows may be dropped.
@@ -317,7 +317,7 @@ impl Channel {
             return Err(ELSEWHERE.into());
         }
         match self.full.take() {
-            None => Err("the tap has ended".into()),
+            None => Err("the recorder has ended".into()),
             Some(full) => {
                 drop(full);
                 self.done.recv().unwrap_or_else(|_| Err(PANICKED.into()))
@@ -329,12 +329,12 @@ impl Channel {
 const ELSEWHERE: &str = "this process was forked after its log was begun, and the thread that writes it is in the parent\n  \
      help: begin logs in the child, or start processes by `spawn`";
 
-const PANICKED: &str = "the consumer of the tap panicked";
+const PANICKED: &str = "the consumer of the recorder panicked";
 
 fn consume(
     mut consumer: Box<dyn Consumer>,
     rows: &Receiver<Message>,
-    back: &SyncSender<TapRow>,
+    back: &SyncSender<Sample>,
 ) -> Result<(), String> {
     let mut result = Ok(());
     while let Ok(message) = rows.recv() {
@@ -361,7 +361,7 @@ fn consume(
     result.and(finished)
 }
 
-impl Drop for Tap {
+impl Drop for Recorder {
     fn drop(&mut self) {
         if self.channel.overflow == Overflow::Wait {
             let _ = self.channel.end();

@@ -1,4 +1,4 @@
-//! Taps: what a slow, a frozen, a failing consumer costs the run, and what a flush promises.
+//! Recorders: what a slow, a frozen, a failing consumer costs the run, and what a flush promises.
 use crate::common::*;
 use linkwork_runtime::*;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -21,7 +21,7 @@ struct Slow {
 }
 
 impl Consumer for Slow {
-    fn row(&mut self, row: &TapRow) -> Result<(), String> {
+    fn row(&mut self, row: &Sample) -> Result<(), String> {
         if let Some(gate) = &self.gate {
             let _ = gate.recv();
         }
@@ -41,12 +41,12 @@ impl Consumer for Slow {
 
 struct Lab {
     sim: Simulation,
-    tap: Tap,
+    recorder: Recorder,
     store: Arc<Mutex<Store>>,
     gate: Sender<()>,
 }
 
-/// A tap of four rows, one a step.
+/// A recorder of four rows, one a step.
 fn lab(overflow: Overflow, gated: bool, fails: Option<usize>) -> Lab {
     let spec = spec(vec![part("gain", "t.integrator", &[], None)], &[]);
     let sim = Simulation::new(plan(&spec));
@@ -55,14 +55,14 @@ fn lab(overflow: Overflow, gated: bool, fails: Option<usize>) -> Lab {
     let store = Arc::new(Mutex::new(Store::default()));
     let gate_of = gated.then_some(wait);
     let consumer = Slow { store: store.clone(), gate: gate_of, fails };
-    let tap = Tap::with(&sim, vec![group], 4, overflow, Box::new(consumer)).unwrap();
-    Lab { sim, tap, store, gate }
+    let recorder = Recorder::with(&sim, vec![group], 4, overflow, Box::new(consumer)).unwrap();
+    Lab { sim, recorder, store, gate }
 }
 
 impl Lab {
     fn steps(&mut self, n: usize) -> Result<(), String> {
         for _ in 0..n {
-            self.tap.sample(&self.sim)?;
+            self.recorder.sample(&self.sim)?;
             self.sim.step().unwrap();
         }
         Ok(())
@@ -74,19 +74,19 @@ fn a_frozen_consumer_costs_rows_and_not_the_run() {
     let mut l = lab(Overflow::Drop, true, None);
     // It takes nothing at all: this would wait for ever otherwise.
     l.steps(500).unwrap();
-    assert!(l.tap.dropped() >= 500 - 6, "{} rows dropped", l.tap.dropped());
+    assert!(l.recorder.dropped() >= 500 - 6, "{} rows dropped", l.recorder.dropped());
     // It comes back: rows arrive again, and what is lost stays counted.
     for _ in 0..600 {
         l.gate.send(()).unwrap();
     }
-    let lost = l.tap.dropped();
+    let lost = l.recorder.dropped();
     for _ in 0..50 {
         std::thread::sleep(Duration::from_millis(1));
         l.steps(1).unwrap();
     }
-    let dropped = l.tap.dropped();
+    let dropped = l.recorder.dropped();
     assert!(dropped < lost + 45, "it takes rows again, and {} more are dropped", dropped - lost);
-    l.tap.finish_within(Duration::from_secs(10)).unwrap();
+    l.recorder.finish_within(Duration::from_secs(10)).unwrap();
     let store = l.store.lock().unwrap();
     assert_eq!(store.rows.len() as u64 + dropped, 550);
     assert!(store.rows.is_sorted_by(|a, b| a < b));
@@ -96,7 +96,7 @@ fn a_frozen_consumer_costs_rows_and_not_the_run() {
 fn the_end_of_a_frozen_consumer_is_not_waited_for() {
     let mut l = lab(Overflow::Drop, true, None);
     l.steps(10).unwrap();
-    let e = l.tap.finish_within(Duration::from_millis(50)).unwrap_err();
+    let e = l.recorder.finish_within(Duration::from_millis(50)).unwrap_err();
     assert!(e.contains("0.05 s"), "{e}");
 }
 
@@ -111,8 +111,8 @@ fn a_consumer_that_must_have_every_row_gets_it() {
         }
     });
     l.steps(200).unwrap();
-    assert_eq!(l.tap.dropped(), 0);
-    l.tap.finish().unwrap();
+    assert_eq!(l.recorder.dropped(), 0);
+    l.recorder.finish().unwrap();
     feeder.join().unwrap();
     assert_eq!(l.store.lock().unwrap().rows.len(), 200);
 }
@@ -122,10 +122,10 @@ fn a_flush_waits_until_the_rows_are_safe() {
     let mut l = lab(Overflow::Wait, false, None);
     for n in 1..=20 {
         l.steps(7).unwrap();
-        l.tap.flush().unwrap();
+        l.recorder.flush().unwrap();
         assert_eq!(l.store.lock().unwrap().safe, 7 * n);
     }
-    l.tap.finish().unwrap();
+    l.recorder.finish().unwrap();
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn a_failure_is_told_by_whatever_comes_next() {
         let e = l.steps(100).unwrap_err();
         assert_eq!(e, "no more", "at row {n}");
         let mut l = lab(Overflow::Wait, false, Some(n));
-        let told = l.steps(n).and_then(|()| l.tap.flush());
+        let told = l.steps(n).and_then(|()| l.recorder.flush());
         assert_eq!(told.unwrap_err(), "no more", "a flush after row {n}");
         assert_eq!(l.store.lock().unwrap().safe, n, "it finishes after a failure");
     }

@@ -12,14 +12,14 @@
 use super::block::MechanismBlock;
 use super::ports::Frame;
 use crate::block::{Failure, Now, Outcome};
+use crate::jacobian::Jacobian;
 use crate::ports::{Lane, VehicleMass};
-use crate::slopes::Slopes;
 use linkwork_dynamics::{Derivatives, ForwardDerivatives, Tree, body_jacobian, node_jacobian};
 use linkwork_spatial::nalgebra::{DMatrix, Vector6};
 use linkwork_spatial::{Force, Vec3};
 
 /// Work space.
-pub(super) struct ForwardSlopes {
+pub(super) struct ForwardJacobian {
     /// `None`: bodies bend, and the kernels have none.
     derivatives: Option<Derivatives>,
     /// ∂v̇/∂q along v, ∂v̇/∂v, ∂v̇/∂τ: nv × nv, row by row.
@@ -34,12 +34,12 @@ pub(super) struct ForwardSlopes {
     rate: Vec<f64>,
 }
 
-impl ForwardSlopes {
+impl ForwardJacobian {
     pub fn new(tree: &Tree, nq: usize) -> Self {
         let nv = tree.nv();
         let rigid = !tree.is_flexible();
         let square = vec![0.0; if rigid { nv * nv } else { 0 }];
-        ForwardSlopes {
+        ForwardJacobian {
             derivatives: rigid.then(|| Derivatives::new(tree)),
             by_q: square.clone(),
             by_v: square.clone(),
@@ -71,7 +71,7 @@ impl MechanismBlock {
 
     /// Hinge states are states; velocities of frames are linear in v. Poses and velocities by q are left to
     /// differences where frames are read.
-    pub(super) fn output_slopes(&mut self, now: &Now, x: &[f64], out: &mut Slopes) {
+    pub(super) fn output_jacobian(&mut self, now: &Now, x: &[f64], out: &mut Jacobian) {
         self.kinematics(now, x);
         let plan = self.plan.clone();
         let ports = &plan.ports;
@@ -116,10 +116,10 @@ impl MechanismBlock {
     }
 
     /// The work space, made once.
-    fn forward_slopes(&mut self) -> Box<ForwardSlopes> {
+    fn forward_slopes(&mut self) -> Box<ForwardJacobian> {
         match self.slopes.take() {
             Some(slopes) => slopes,
-            None => Box::new(ForwardSlopes::new(&self.tree, self.plan.multibody.nq())),
+            None => Box::new(ForwardJacobian::new(&self.tree, self.plan.multibody.nq())),
         }
     }
 
@@ -131,12 +131,12 @@ impl MechanismBlock {
     }
 
     /// ∂v̇ by the block's states, and by torques and wrenches.
-    pub(super) fn feedthrough_slopes(
+    pub(super) fn feedthrough_jacobian(
         &mut self,
         now: &Now,
         x: &[f64],
         sig: &[f64],
-        out: &mut Slopes,
+        out: &mut Jacobian,
     ) -> Outcome {
         if !self.differentiable() {
             return Ok(());
@@ -206,10 +206,10 @@ impl MechanismBlock {
     }
 
     /// Adds what damping, friction and stops of hinges change.
-    fn hinge_slopes(&self, s: &mut ForwardSlopes, q: &[f64], v: &[f64]) {
+    fn hinge_slopes(&self, s: &mut ForwardJacobian, q: &[f64], v: &[f64]) {
         let nv = v.len();
-        let ForwardSlopes { by_q, by_v, by_tau, .. } = s;
-        self.plan.joints.slopes(q, v, |at, by_position, by_rate| {
+        let ForwardJacobian { by_q, by_v, by_tau, .. } = s;
+        self.plan.joints.jacobian(q, v, |at, by_position, by_rate| {
             for i in 0..nv {
                 let response = by_tau[i * nv + at];
                 by_q[i * nv + at] += response * by_position;
@@ -219,10 +219,10 @@ impl MechanismBlock {
     }
 
     /// The response to a wrench at a frame; and takes back that the kernel turns it with its body.
-    fn wrench_slopes(&self, s: &mut ForwardSlopes, frame: Frame, w: [f64; 6]) {
+    fn wrench_slopes(&self, s: &mut ForwardJacobian, frame: Frame, w: [f64; 6]) {
         let nv = self.tree.nv();
         self.jacobian(frame, &mut s.J);
-        let ForwardSlopes { by_q, by_tau, J, response, .. } = s;
+        let ForwardJacobian { by_q, by_tau, J, response, .. } = s;
         for k in 0..6 {
             let row = &J[k * nv..(k + 1) * nv];
             for i in 0..nv {
@@ -242,7 +242,7 @@ impl MechanismBlock {
     }
 
     /// ∂ẋ: the accelerations are the block's own outputs; q̇ is linear in v.
-    pub(super) fn deriv_slopes(&mut self, x: &[f64], out: &mut Slopes) {
+    pub(super) fn deriv_slopes(&mut self, x: &[f64], out: &mut Jacobian) {
         let plan = self.plan.clone();
         let m = &plan.multibody;
         let (nq, nv) = (m.nq(), m.nv());
@@ -264,7 +264,7 @@ impl MechanismBlock {
             out.column(motions + 2 * i + 1)[motions + 2 * i] = 1.0;
         }
         for gaps in &plan.gaps {
-            let [by_position, by_rate] = gaps.slopes();
+            let [by_position, by_rate] = gaps.jacobian();
             for at in gaps.motions.clone().map(|i| motions + 2 * i) {
                 out.column(at)[at + 1] = by_position;
                 out.column(at + 1)[at + 1] = by_rate;

@@ -10,7 +10,7 @@
 use super::quantiles::Quantiles;
 use serde::{Deserialize, Serialize};
 
-/// The statistics that a figure needs.
+/// The statistics that a metric needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wants {
     /// Its last value.

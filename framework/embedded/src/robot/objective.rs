@@ -9,7 +9,7 @@ use linkwork_spatial::{Motion, Vec3};
 
 /// One thing that is asked, of rates ([`RateControl`](super::RateControl)) or of accelerations ([`WholeBody`](super::WholeBody)).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wish<'a> {
+pub struct Objective<'a> {
     /// Lower ones come first; those of one level are met together, in the sense of least squares.
     pub level: usize,
     /// What it counts within its level; above zero.
@@ -18,7 +18,7 @@ pub struct Wish<'a> {
     pub aim: Aim<'a>,
 }
 
-impl<'a> Wish<'a> {
+impl<'a> Objective<'a> {
     /// With weight 1.
     #[must_use]
     pub fn new(level: usize, aim: Aim<'a>) -> Self {
@@ -52,14 +52,19 @@ pub enum Aim<'a> {
 }
 
 impl Robot {
-    /// Checks wishes.
-    pub(super) fn check_wishes(&self, wishes: &[Wish<'_>], room: usize) -> Result<(), RobotError> {
-        if wishes.len() > room {
-            return Err(RobotError::NoRoom { what: "wishes", wanted: wishes.len(), room });
+    /// Checks objectives.
+    pub(super) fn check_objectives(
+        &self,
+        objectives: &[Objective<'_>],
+        room: usize,
+    ) -> Result<(), RobotError> {
+        if objectives.len() > room {
+            return Err(RobotError::NoRoom { what: "objectives", wanted: objectives.len(), room });
         }
-        for w in wishes {
+        for w in objectives {
             if !(w.weight > 0.0 && w.weight.is_finite()) {
-                let (what, value, help) = ("weight of a wish", w.weight, "a weight is above zero");
+                let (what, value, help) =
+                    ("weight of an objective", w.weight, "a weight is above zero");
                 return Err(RobotError::OutOfRange { what, value, help });
             }
             match w.aim {
@@ -82,16 +87,16 @@ impl Robot {
     }
 
     /// The lowest level above `after`.
-    pub(super) fn next_level(wishes: &[Wish<'_>], after: Option<usize>) -> Option<usize> {
-        let above = wishes.iter().map(|w| w.level).filter(|l| after.is_none_or(|a| *l > a));
+    pub(super) fn next_level(objectives: &[Objective<'_>], after: Option<usize>) -> Option<usize> {
+        let above = objectives.iter().map(|w| w.level).filter(|l| after.is_none_or(|a| *l > a));
         above.min()
     }
 
-    /// The rows of all wishes of a level, each `width` numbers of which the first nv are those of the degrees of freedom, into A; right sides into b. With
+    /// The rows of all objectives of a level, each `width` numbers of which the first nv are those of the degrees of freedom, into A; right sides into b. With
     /// `Terms::Accelerations` the workspace has velocities and what they make of accelerations. Returns how many rows there are.
     pub(super) fn level_rows(
         &mut self,
-        wishes: &[Wish<'_>],
+        objectives: &[Objective<'_>],
         level: usize,
         terms: Terms,
         width: usize,
@@ -100,15 +105,15 @@ impl Robot {
         let nv = self.tree.nv();
         let mut rows = 0;
         let mut jacobian = std::mem::take(&mut self.jacobian);
-        for wish in wishes.iter().filter(|w| w.level == level) {
+        for objective in objectives.iter().filter(|w| w.level == level) {
             let mut push = |row: &[f64], scale: f64, right: f64| {
                 let to = &mut A[width * rows..width * (rows + 1)];
                 to.fill(0.0);
-                to.iter_mut().zip(row).for_each(|(t, x)| *t = wish.weight * scale * x);
-                b[rows] = wish.weight * scale * right;
+                to.iter_mut().zip(row).for_each(|(t, x)| *t = objective.weight * scale * x);
+                b[rows] = objective.weight * scale * right;
                 rows += 1;
             };
-            match wish.aim {
+            match objective.aim {
                 Aim::Tip { part, motion, rows } => {
                     let tip = self.model.tip(part)?;
                     node_jacobian(&self.tree, &self.ws, tip, &mut jacobian);
@@ -152,7 +157,7 @@ impl Robot {
     }
 }
 
-/// What wishes ask.
+/// What objectives ask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Terms {
     Rates,

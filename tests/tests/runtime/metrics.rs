@@ -1,22 +1,22 @@
-//! Figures are taken over time: closed forms for every integrator and any rows, extremes between rows, shares of the time that are
+//! Metrics are taken over time: closed forms for every integrator and any rows, extremes between rows, shares of the time that are
 //! located inside a step, units of differences; through checkpoints, and without a trace in the run.
 use crate::common;
 use allocation_counter::measure;
-use linkwork_runner::{Figures, prepare};
+use linkwork_runner::{Metrics, prepare};
 use linkwork_runtime::{Integrator, Observer, Place, Seconds, Simulation, Stretch, Wanted};
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-fn close(figures: &BTreeMap<String, f64>, name: &str, wanted: f64, tolerance: f64) {
-    let found = figures[name];
+fn close(metrics: &BTreeMap<String, f64>, name: &str, wanted: f64, tolerance: f64) {
+    let found = metrics[name];
     assert!((found - wanted).abs() <= tolerance, "{name}: {found:.9} against {wanted:.9}");
 }
 
-fn figures(text: &str) -> BTreeMap<String, f64> {
-    common::figures_of(text).unwrap_or_else(|e| panic!("{e}"))
+fn metrics(text: &str) -> BTreeMap<String, f64> {
+    common::metrics_of(text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// x = cos t by two integrators, and what it squares to, with every figure.
+/// x = cos t by two integrators, and what it squares to, with every metric.
 fn oscillator(integrator: &str, step: &str, until: &str) -> String {
     format!(
         r#"Simulation(
@@ -26,7 +26,7 @@ fn oscillator(integrator: &str, step: &str, until: &str) -> String {
         "S": (model: "basics.product"),
     }},
     wires: ["V.y -> X.u", "X.y -> V.u", "X.y -> S.a", "X.y -> S.b"],
-    figures: {{
+    metrics: {{
         "last": (of: "X.y"), "min": (of: "X.y", take: "min"), "max": (of: "X.y", take: "max"),
         "max_abs": (of: "X.y", take: "max_abs"), "range": (of: "X.y", take: "range"), "mean": (of: "X.y", take: "mean"),
         "rms": (of: "X.y", take: "rms"), "std": (of: "X.y", take: "std"),
@@ -70,7 +70,7 @@ fn check(f: &BTreeMap<String, f64>, tolerance: f64) {
 }
 
 #[test]
-fn figures_are_those_of_the_continuous_variable_for_every_integrator() {
+fn metrics_are_those_of_the_continuous_variable_for_every_integrator() {
     for (name, integrator) in Integrator::ALL {
         let order = integrator.method().order();
         // Fixed steps: the error is that of the method.
@@ -82,12 +82,12 @@ fn figures_are_those_of_the_continuous_variable_for_every_integrator() {
         } else {
             2e-5
         };
-        check(&figures(&fixed), tolerance);
+        check(&metrics(&fixed), tolerance);
         if integrator.method().error_order() > 0 {
             // Rows of 4 s: everything lies between two rows.
             let accuracy = "accuracy: (relative: 1e-9, absolute: 1e-9)";
             let adaptive = oscillator(name, "4 s", "4 s").replace("accuracy: \"fixed\"", accuracy);
-            check(&figures(&adaptive), 2e-5);
+            check(&metrics(&adaptive), 2e-5);
         }
     }
 }
@@ -95,13 +95,13 @@ fn figures_are_those_of_the_continuous_variable_for_every_integrator() {
 /// Signal 1 for the first second of ten; the phases have steps of 1 ms and of 1 s.
 #[test]
 fn means_and_shares_do_not_count_rows() {
-    let f = figures(
+    let f = metrics(
         r#"Simulation(
     doc: "1 for the first second and 0 for the next nine.",
     parts: { "S": (model: "basics.step", params: { "time": "1 s", "before": 1, "after": 0 }), "H": (model: "basics.hold", rate: "0.3 s") },
     wires: ["S.y -> H.u"], until: "10 s", step: "1 ms", start: "a",
     phases: { "a": (to: { "b": "time > 1 s" }), "b": (step: "1 s") },
-    figures: {
+    metrics: {
         "mean": (of: "S.y", take: "mean"), "share": (when: "S.y > 0.5", take: "mean"), "rms": (of: "S.y", take: "rms"),
         "std": (of: "S.y", take: "std"), "p89": (of: "S.y", take: "percentile", percent: 89), "held": (of: "H.y", take: "mean"),
         "p91": (of: "H.y", take: "percentile", percent: 91), "p85": (of: "H.y", take: "percentile", percent: 85),
@@ -122,12 +122,12 @@ fn means_and_shares_do_not_count_rows() {
 /// Rows at 0.5, 0.99, 1, 1.5 s: a sine of 1 Hz is zero at most of them.
 #[test]
 fn rows_that_fall_unevenly_do_not_matter() {
-    let f = figures(
+    let f = metrics(
         r#"Simulation(
     doc: "Two sampled parts.",
     parts: { "S": (model: "basics.sine", params: { "frequency": "1 Hz" }), "H": (model: "basics.hold", rate: "0.99 s") },
     wires: ["S.y -> H.u"], until: "30 s", step: "0.5 s",
-    figures: { "mean": (of: "S.y", take: "mean"), "rms": (of: "S.y", take: "rms"), "max": (of: "S.y", take: "max"), "first": (of: "S.y", take: "time_of_max") },
+    metrics: { "mean": (of: "S.y", take: "mean"), "rms": (of: "S.y", take: "rms"), "max": (of: "S.y", take: "max"), "first": (of: "S.y", take: "time_of_max") },
 )"#,
     );
     close(&f, "mean", 0.0, 1e-6);
@@ -139,14 +139,14 @@ fn rows_that_fall_unevenly_do_not_matter() {
 /// T = 10 sin(2πt) degC: the root mean square of the numbers that are shown, and differences without an offset.
 #[test]
 fn differences_of_temperatures_have_no_offset() {
-    let f = figures(
+    let f = metrics(
         r#"Simulation(
     doc: "A temperature that swings about 0 degC.",
     parts: { "Q": (model: "basics.sine", params: { "amplitude": 62.83185307179586, "frequency": "1 Hz", "phase": "90 deg" }),
              "H": (model: "power.heat_source"),
              "N": (model: "power.thermal_node", params: { "capacity": 1, "temperature": "0 degC" }) },
     wires: ["Q.y -> H.power"], connect: [("H.node", "N.port")], step: "1 ms", until: "1 s",
-    figures: {
+    metrics: {
         "rms": (of: "N.temperature", take: "rms", unit: "degC"), "max": (of: "N.temperature", take: "max", unit: "degC"),
         "std": (of: "N.temperature", take: "std", unit: "degC"), "range": (of: "N.temperature", take: "range", unit: "degC"),
         "mean": (of: "N.temperature", take: "mean", unit: "degC"), "max_abs": (of: "N.temperature", take: "max_abs", unit: "degC"),
@@ -167,11 +167,11 @@ fn differences_of_temperatures_have_no_offset() {
 /// A ball that is thrown back: its velocity jumps at each impact, and neither its mean nor its range sees the jump as a ramp.
 #[test]
 fn a_jump_at_an_event_is_no_ramp() {
-    let f = figures(
+    let f = metrics(
         r#"Simulation(
     doc: "From 1 m, g = 2 m/s²: impacts at 1, 3 s, of which each keeps all speed.", step: "0.7 s", until: "2.8 s", integrator: "rk4",
     parts: { "Ball": (model: "basics.bouncing_ball", params: { "height": 1, "gravity": 2, "restitution": 1 }) },
-    figures: {
+    metrics: {
         "mean height": (of: "Ball.height", take: "mean"), "mean speed": (of: "Ball.speed", take: "mean"),
         "fastest": (of: "Ball.speed", take: "max"), "at": (of: "Ball.speed", take: "time_of_max"),
         "highest": (of: "Ball.height", take: "max"), "lowest": (of: "Ball.height", take: "min"), "up": (when: "Ball.speed > 0 m/s", take: "mean"),
@@ -195,13 +195,13 @@ fn started(
     begin: Option<(&linkwork_runtime::Checkpoint, &[u8])>,
 ) -> Simulation {
     let (program, settings) = common::program_of(text).unwrap_or_else(|e| panic!("{e}"));
-    let mut figures = prepare(&program.phases[0].plan, &settings).unwrap().figures;
+    let mut metrics = prepare(&program.phases[0].plan, &settings).unwrap().metrics;
     let mut sim = Simulation::of(program.into());
     if let Some((checkpoint, saved)) = begin {
         sim.restore(checkpoint).unwrap();
-        figures.restore(saved).unwrap();
+        metrics.restore(saved).unwrap();
     }
-    figures.observe(&mut sim);
+    metrics.observe(&mut sim);
     sim.observe_now();
     while sim.before(Seconds::from_decimal(until).unwrap()) {
         sim.step().unwrap();
@@ -211,21 +211,21 @@ fn started(
 }
 
 fn bits(sim: &Simulation) -> Vec<(String, u64)> {
-    let results = Figures::of(sim).unwrap().results();
+    let results = Metrics::of(sim).unwrap().results();
     results.map(|(name, value, _)| (name.to_string(), value.to_bits())).collect()
 }
 
 #[test]
-fn figures_continue_through_a_checkpoint_and_with_other_figures_beside_them() {
+fn metrics_continue_through_a_checkpoint_and_with_other_metrics_beside_them() {
     let text = oscillator("rk4", "50 ms", "4 s");
     let straight = started(&text, 4.0, None);
     for cut in [0.0, 0.05, 1.0, 3.3, 4.0] {
         let first = started(&text, cut, None);
         let checkpoint = first.checkpoint(&text).unwrap();
-        let saved = Figures::of(&first).unwrap().save().unwrap();
+        let saved = Metrics::of(&first).unwrap().save().unwrap();
         let then = started(&text, 4.0, Some((&checkpoint, &saved)));
         assert_eq!(bits(&straight), bits(&then), "cut at {cut} s");
-        // A fork that has one figure less and one more: the others stay what they are.
+        // A fork that has one metric less and one more: the others stay what they are.
         let fewer = text.replace(
             "\"rms\": (of: \"X.y\", take: \"rms\"),",
             "\"new\": (of: \"V.y\", take: \"mean\"),",
@@ -296,7 +296,7 @@ fn an_observer_changes_nothing() {
 }
 
 #[test]
-fn figures_allocate_nothing_while_stepping() {
+fn metrics_allocate_nothing_while_stepping() {
     let text = oscillator("rk4", "1 ms", "4 s");
     let mut sim = started(&text, 0.01, None);
     let counts = measure(|| {
@@ -309,8 +309,8 @@ fn figures_allocate_nothing_while_stepping() {
 }
 
 #[test]
-fn figures_that_mean_nothing_are_rejected() {
-    for (figure, wanted) in [
+fn metrics_that_mean_nothing_are_rejected() {
+    for (metric, wanted) in [
         ("of: \"S.y\", take: \"percentile\"", "which percentile is not written"),
         ("of: \"S.y\", take: \"percentile\", percent: 101", "a percentile of 101 %"),
         ("of: \"S.y\", take: \"mean\", percent: 50", "`percent` is of a percentile"),
@@ -323,9 +323,9 @@ fn figures_that_mean_nothing_are_rejected() {
         ("of: \"Q.y\"", "there is no variable `Q.y`"),
     ] {
         let text = format!(
-            "Simulation(parts: {{ \"S\": (model: \"basics.sine\") }}, until: \"1 s\", figures: {{ \"a\": ({figure}) }})"
+            "Simulation(parts: {{ \"S\": (model: \"basics.sine\") }}, until: \"1 s\", metrics: {{ \"a\": ({metric}) }})"
         );
-        let e = common::figures_of(&text).unwrap_err();
-        assert!(e.contains(wanted), "{figure}: {e}");
+        let e = common::metrics_of(&text).unwrap_err();
+        assert!(e.contains(wanted), "{metric}: {e}");
     }
 }

@@ -1,16 +1,16 @@
-//! The taps of a run: its log, its recording, a viewer that watches.
+//! The recorders of a run: its log, its recording, a viewer that watches.
 use crate::exit;
 use crate::options::RunOptions;
 use linkwork_record::{Log, LogSpec};
-use linkwork_runner::{Need, Runner, Watch, tap_entry};
-use linkwork_runtime::{Checkpoint, Seconds, Simulation, Tap};
+use linkwork_runner::{Need, Runner, Watch, recorder_entry};
+use linkwork_runtime::{Checkpoint, Recorder, Seconds, Simulation};
 use linkwork_viz::Scene;
 use std::path::{Path, PathBuf};
 
 /// Rows between the run and a consumer.
 const DEPTH: usize = 256;
 
-/// The name of a run's log among its taps.
+/// The name of a run's log among its recorders.
 pub const LOG: &str = "log";
 
 /// Opens the log; it goes on where that of the run stood that wrote `begins`.
@@ -25,25 +25,29 @@ pub fn log<W: Watch>(
 ) -> Result<(), String> {
     let (log, groups) =
         Log::create(path, runner.sim().program(), spec).map_err(|e| e.to_string())?;
-    let mut tap =
-        Tap::start(runner.sim(), groups, DEPTH, Box::new(log)).map_err(|e| e.to_string())?;
+    let mut recorder =
+        Recorder::start(runner.sim(), groups, DEPTH, Box::new(log)).map_err(|e| e.to_string())?;
     if let Some(checkpoint) = begins
-        && let Err(e) = go_on(&mut tap, checkpoint, runner.sim())
+        && let Err(e) = resume(&mut recorder, checkpoint, runner.sim())
     {
         tell!(
             "warning: {e}\n  help: rows around an event whose `before` reaches back beyond the checkpoint begin at the \
              checkpoint; run the simulation anew for all of them"
         );
     }
-    runner.tap(LOG, Need::Must, tap);
+    runner.add_recorder(LOG, Need::Must, recorder);
     Ok(())
 }
 
 /// The log goes on where that of the run stood that wrote the checkpoint.
-pub fn go_on(tap: &mut Tap, checkpoint: &Checkpoint, sim: &Simulation) -> Result<(), String> {
+pub fn resume(
+    recorder: &mut Recorder,
+    checkpoint: &Checkpoint,
+    sim: &Simulation,
+) -> Result<(), String> {
     // Without an entry: a run without a log, or of a version before there was anything to remember.
     let nothing = rmp_serde::to_vec::<[u8; 0]>(&[]).map_err(|e| e.to_string())?;
-    tap.go_on(checkpoint.extra.get(&tap_entry(LOG)).unwrap_or(&nothing), sim)
+    recorder.resume(checkpoint.extra.get(&recorder_entry(LOG)).unwrap_or(&nothing), sim)
 }
 
 /// Where the recording goes, if there is one. It may not be any other file of the run.
@@ -134,17 +138,18 @@ pub fn viewers<W: Watch>(
     if let Some(path) = file {
         let (view, groups) = View::new(&program, scene, period).map_err(|e| e.to_string())?;
         let viewer = view.file(path).map_err(|e| e.to_string())?;
-        let tap =
-            Tap::start(runner.sim(), groups, DEPTH, Box::new(viewer)).map_err(|e| e.to_string())?;
-        runner.tap("recording", Need::Should, tap);
+        let recorder = Recorder::start(runner.sim(), groups, DEPTH, Box::new(viewer))
+            .map_err(|e| e.to_string())?;
+        runner.add_recorder("recording", Need::Should, recorder);
     }
     if let Some(url) = live {
         let (view, groups) = View::new(&program, scene, period).map_err(|e| e.to_string())?;
         let url = (!url.is_empty()).then_some(url);
         let viewer = view.live(url).map_err(|e| e.to_string())?;
-        let tap = Tap::with(runner.sim(), groups, DEPTH, Overflow::Drop, Box::new(viewer))
-            .map_err(|e| e.to_string())?;
-        runner.tap("viewer", Need::May, tap);
+        let recorder =
+            Recorder::with(runner.sim(), groups, DEPTH, Overflow::Drop, Box::new(viewer))
+                .map_err(|e| e.to_string())?;
+        runner.add_recorder("viewer", Need::May, recorder);
     }
     Ok(())
 }
