@@ -315,7 +315,7 @@ fn two_hands_share_squeeze_and_are_told_apart_as_the_reference_says() {
             worst[3] = worst[3].max(relative(&squeeze, &expect(&case["squeeze_20N"]["tau"])));
             let given = numbers(&case["given_wrenches"]);
             let given = [wrench(&given[..6]), wrench(&given[6..])];
-            for golden in case["split_hand_wrenches"].as_array().unwrap() {
+            for golden in case["move_squeeze"].as_array().unwrap() {
                 let hands = numbers(&golden["weights"]);
                 let moment = golden["moment_weight_per_force_weight"].as_f64().unwrap();
                 let weights = HandWeights { hands: [hands[0], hands[1]], moment };

@@ -1189,107 +1189,107 @@ enum LwStatus lw_effort_default(struct LwEffort *out);
 // Moves the chain's numbers in `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until its tip meets the goal, within
 // limits. The robot's own q does not change. *Not reached* is an answer, not an error. `effort`: NULL for the default.
 enum LwStatus lw_robot_inverse_kinematics(struct LwRobot *robot,
-                             uint32_t part,
-                             const struct LwGoal *goal,
-                             const struct LwEffort *effort,
-                             double *q,
-                             size_t n,
-                             struct LwAnswer *answer);
+                                          uint32_t part,
+                                          const struct LwGoal *goal,
+                                          const struct LwEffort *effort,
+                                          double *q,
+                                          size_t n,
+                                          struct LwAnswer *answer);
 
 // As `lw_robot_inverse_kinematics`, from several starts, each improved among the configurations that meet the goal, into `best`. `restarts` of the effort does not count; its `kinematics` bounds all
 // evaluations together. When no start leads there, `q` is the nearest of the last of them.
 enum LwStatus lw_robot_inverse_kinematics_best(struct LwRobot *robot,
-                                  uint32_t part,
-                                  const struct LwGoal *goal,
-                                  const struct LwPrefer *prefer,
-                                  const struct LwEffort *effort,
-                                  double *q,
-                                  size_t n,
-                                  struct LwBest *best);
+                                               uint32_t part,
+                                               const struct LwGoal *goal,
+                                               const struct LwPrefer *prefer,
+                                               const struct LwEffort *effort,
+                                               double *q,
+                                               size_t n,
+                                               struct LwBest *best);
 
 // Goes on with the last search of a chain for so many evaluations of its kinematics. The same steps are taken in whatever portions.
 enum LwStatus lw_robot_resume_inverse_kinematics(struct LwRobot *robot,
-                                uint32_t part,
-                                size_t kinematics,
-                                double *q,
-                                size_t n,
-                                struct LwAnswer *answer);
+                                                 uint32_t part,
+                                                 size_t kinematics,
+                                                 double *q,
+                                                 size_t n,
+                                                 struct LwAnswer *answer);
 
 // All configurations within limits that bring the tip of an arm of six or seven hinges with a closed form to a pose, into `solutions` (`rows` times `n` = nq
 // numbers; 8 rows are always enough), those nearest to `q` (`n`) first, and how many there are into `count`: none is an answer, not an error. `q` says where
 // what carries the arm is, and of whole turns which are meant. `held`: the place in β of that hinge of seven which stays as it is in `q`; -1: the library chooses it.
 enum LwStatus lw_robot_inverse_kinematics_all(struct LwRobot *robot,
-                                 uint32_t part,
-                                 int64_t held,
-                                 const struct LwGoal *goal,
-                                 const double *q,
-                                 size_t n,
-                                 double *solutions,
-                                 size_t rows,
-                                 size_t *count);
+                                              uint32_t part,
+                                              int64_t held,
+                                              const struct LwGoal *goal,
+                                              const double *q,
+                                              size_t n,
+                                              double *solutions,
+                                              size_t rows,
+                                              size_t *count);
 
 // Memory of `lw_whole_body_ik_solve` with room for so many goals (1024 at most) and two hands on every object, into `out`; free it with `lw_whole_body_ik_free`. It serves every robot of the same model.
 enum LwStatus lw_whole_body_ik_new(struct LwRobot *robot,
-                                 size_t goals,
-                                 struct LwWholeBodyIk **out);
+                                   size_t goals,
+                                   struct LwWholeBodyIk **out);
 
 // Frees it; NULL is none.
 void lw_whole_body_ik_free(struct LwWholeBodyIk *search);
 
 // Keeps the hinges of a part's bodies where they are in searches from now on. A search that was begun ends.
 enum LwStatus lw_whole_body_ik_keep(struct LwRobot *robot,
-                                  struct LwWholeBodyIk *search,
-                                  uint32_t part);
+                                    struct LwWholeBodyIk *search,
+                                    uint32_t part);
 
 // Lets them move again.
 enum LwStatus lw_whole_body_ik_release(struct LwRobot *robot,
-                                     struct LwWholeBodyIk *search,
-                                     uint32_t part);
+                                       struct LwWholeBodyIk *search,
+                                       uint32_t part);
 
 // Moves `q` (`n` = nq; in: where to start, within limits; out: the solution, or the nearest configuration) until every tip meets its goal, within limits, with all that carries them. What two
 // hands of the robot hold now is held in the answer, and loops and couplings are closed; without goals it closes what is open. `effort`: NULL for the default. Of `answer` position and
 // orientation are the greatest of all goals; those of each, m and rad, go into `residuals` (`m` = 2 `goal_count`; NULL and 0: not asked for).
 // `LW_STATUS_DOES_NOT_CLOSE` where nothing closes all: `q` is then where it is least open, position and orientation of `answer` are how far.
 enum LwStatus lw_whole_body_ik_solve(struct LwRobot *robot,
-                                   struct LwWholeBodyIk *search,
-                                   const struct LwTipGoal *goals,
-                                   size_t goal_count,
-                                   const struct LwEffort *effort,
-                                   double *q,
-                                   size_t n,
-                                   double *residuals,
-                                   size_t m,
-                                   struct LwAnswer *answer);
+                                     struct LwWholeBodyIk *search,
+                                     const struct LwTipGoal *goals,
+                                     size_t goal_count,
+                                     const struct LwEffort *effort,
+                                     double *q,
+                                     size_t n,
+                                     double *residuals,
+                                     size_t m,
+                                     struct LwAnswer *answer);
 
 // Goes on with the search for so many evaluations of the kinematics. The same steps are taken in whatever portions. Answers as `lw_whole_body_ik_solve`.
 enum LwStatus lw_whole_body_ik_resume(struct LwRobot *robot,
-                                   struct LwWholeBodyIk *search,
-                                   size_t kinematics,
-                                   double *q,
-                                   size_t n,
-                                   double *residuals,
-                                   size_t m,
-                                   struct LwAnswer *answer);
+                                      struct LwWholeBodyIk *search,
+                                      size_t kinematics,
+                                      double *q,
+                                      size_t n,
+                                      double *residuals,
+                                      size_t m,
+                                      struct LwAnswer *answer);
 
 // As `lw_whole_body_ik_solve`, from several starts, each improved among the configurations that meet all goals with everything closed, into `best`: near the middle of the limits of all that
 // moves, and far from singular configurations of the goals' chains. `restarts` of the effort does not count; its `kinematics` bounds all evaluations together. The robot's own q does not change.
 enum LwStatus lw_whole_body_ik_best(struct LwRobot *robot,
-                                  struct LwWholeBodyIk *search,
-                                  const struct LwTipGoal *goals,
-                                  size_t goal_count,
-                                  const struct LwPrefer *prefer,
-                                  const struct LwEffort *effort,
-                                  double *q,
-                                  size_t n,
-                                  struct LwBest *best);
+                                    struct LwWholeBodyIk *search,
+                                    const struct LwTipGoal *goals,
+                                    size_t goal_count,
+                                    const struct LwPrefer *prefer,
+                                    const struct LwEffort *effort,
+                                    double *q,
+                                    size_t n,
+                                    struct LwBest *best);
 
 // Evaluations of the kinematics after which `lw_whole_body_ik_solve` has ended for these goals at the latest, whatever the start, the goals' numbers and what hands hold, into `steps`; SIZE_MAX for more.
 enum LwStatus lw_whole_body_ik_worst_case_steps(struct LwRobot *robot,
-                                              struct LwWholeBodyIk *search,
-                                              const struct LwTipGoal *goals,
-                                              size_t goal_count,
-                                              const struct LwEffort *effort,
-                                              size_t *steps);
+                                                struct LwWholeBodyIk *search,
+                                                const struct LwTipGoal *goals,
+                                                size_t goal_count,
+                                                const struct LwEffort *effort,
+                                                size_t *steps);
 
 // Evaluations of the kinematics after which `lw_robot_inverse_kinematics` has ended for such a goal at the latest, whatever the chain, the start and the goal's numbers, into `steps`; SIZE_MAX for more.
 // What a caller in real time counts on; most searches take a hundredth of it. `effort`: NULL for the default.
@@ -1350,17 +1350,17 @@ enum LwStatus lw_robot_set_object_q(struct LwRobot *robot,
 // As `lw_robot_feed_forward` (`v`, `vdot`, `tau`: `n` = nv each) while the joints of a held object move: `rates` and `accelerations` of theirs, and into `forces` what they take
 // (`m` each: how many it has). Joints of other objects stand still.
 enum LwStatus lw_robot_feed_forward_with_object(struct LwRobot *robot,
-                                         const double *v,
-                                         const double *vdot,
-                                         size_t n,
-                                         uint32_t object,
-                                         const double *rates,
-                                         const double *accelerations,
-                                         size_t m,
-                                         const struct LwPush *pushes,
-                                         size_t push_count,
-                                         double *tau,
-                                         double *forces);
+                                                const double *v,
+                                                const double *vdot,
+                                                size_t n,
+                                                uint32_t object,
+                                                const double *rates,
+                                                const double *accelerations,
+                                                size_t m,
+                                                const struct LwPush *pushes,
+                                                size_t push_count,
+                                                double *tau,
+                                                double *forces);
 
 // What the loop of two hands on an object leaves at the robot's q.
 enum LwStatus lw_robot_closure(struct LwRobot *robot, uint32_t object, struct LwClosure *out);
@@ -1392,9 +1392,9 @@ enum LwStatus lw_robot_object_body_pose(struct LwRobot *robot,
 // The mass matrix at the robot's q with the m joints of an object that it holds in the last rows and columns, into `M` (nv + m rows of nv + m, row after row; `n` = their product). Joints of
 // other objects stand still.
 enum LwStatus lw_robot_mass_matrix_with_object(struct LwRobot *robot,
-                                        uint32_t object,
-                                        double *M,
-                                        size_t n);
+                                               uint32_t object,
+                                               double *M,
+                                               size_t n);
 
 // Who holds an object, into `out`; nobody is an answer.
 enum LwStatus lw_robot_hold(struct LwRobot *robot, uint32_t object, struct LwHold *out);
@@ -1420,18 +1420,18 @@ enum LwStatus lw_robot_squeeze(struct LwRobot *robot,
 
 // Adds to `tau` (`n` = nv) the forces with which the two hands of an object exert `wrenches` on it (2: first hand, then second, each about its tip), at the robot's q.
 enum LwStatus lw_robot_add_hand_wrenches(struct LwRobot *robot,
-                             uint32_t object,
-                             const struct LwWrench *wrenches,
-                             double *tau,
-                             size_t n);
+                                         uint32_t object,
+                                         const struct LwWrench *wrenches,
+                                         double *tau,
+                                         size_t n);
 
 // Tells the wrenches of two hands on an object (2: first hand, then second, each about its tip) apart into `out`: what moves it, of least weighted sum of squares, and what only squeezes
 // it. `weights` (3 numbers, above zero): of the first hand, of the second, and of 1 N m against 1 N (1/m^2).
 enum LwStatus lw_robot_split_hand_wrenches(struct LwRobot *robot,
-                                    uint32_t object,
-                                    const struct LwWrench *wrenches,
-                                    const double *weights,
-                                    struct LwHandWrenches *out);
+                                           uint32_t object,
+                                           const struct LwWrench *wrenches,
+                                           const double *weights,
+                                           struct LwHandWrenches *out);
 
 // Wrenches of two hands on an object under which neither slips, into `out`: those nearest to `wrenches` (2: first hand, then second, each about its tip) with the same net wrench, at the
 // robot's q. `friction` (2): what each hand can hold.
@@ -1653,16 +1653,16 @@ enum LwStatus lw_planner_plan(struct LwRobot *robot,
 
 // Goes on with an unfinished search for at most so many random places, with the robot as it was at its begin. Portions do not change what is found.
 enum LwStatus lw_planner_resume(struct LwRobot *robot,
-                               struct LwPlanner *planner,
-                               size_t places,
-                               struct LwPlan *out);
+                                struct LwPlanner *planner,
+                                size_t places,
+                                struct LwPlan *out);
 
 // The way that was found last, into `way`: configurations (nq numbers each) from the start to the goal, one after the other, between which all coordinates move in proportion; `n`: nq times the
 // `rows` of `LwPlan`.
 enum LwStatus lw_planner_path(struct LwRobot *robot,
-                             struct LwPlanner *planner,
-                             double *way,
-                             size_t n);
+                              struct LwPlanner *planner,
+                              double *way,
+                              size_t n);
 
 // Memory of `lw_timing_plan` for ways of so many configurations (at least 2) in so many sections (at least 8 for each, 1048576 at most; twenty are few, a hundred are many), into `out`; free it with
 // `lw_timing_free`. It serves every robot of the same model.
