@@ -398,7 +398,7 @@ def test_forces_of_two_hands_and_of_tips_are_those_of_the_reference():
     assert np.abs(wrenches.ravel() - golden["wrenches"]).max() < 1e-9
     assert np.abs(tau[place] - golden["tau"]).max() < 1e-9
     given = np.reshape(case["given_wrenches"], (2, 6))
-    for golden in case["split_hand_wrenches"]:
+    for golden in case["move_squeeze"]:
         moment = golden["moment_weight_per_force_weight"]
         moving, squeezing, net = robot.split_hand_wrenches("beam", given, hands=tuple(golden["weights"]), moment=moment)
         assert np.abs(moving.ravel() - golden["move"]).max() < 1e-9
