@@ -167,13 +167,8 @@ fn a_hand_is_moved_as_the_other_sees_it() {
     for d in waist.iter().chain(right_arm) {
         alone[*d] = start[*d];
     }
-    let answer = robot.inverse_kinematics(
-        left,
-        &Goal::pose(seen),
-        Frame::Tip(right),
-        &Effort::default(),
-        &mut alone,
-    );
+    let (goal, frame, effort) = (Goal::pose(seen), Frame::Tip(right), Effort::default());
+    let answer = robot.inverse_kinematics(left, &goal, frame, &effort, &mut alone);
     assert_eq!(answer.unwrap().outcome, Outcome::Met);
     let (p, R) = apart(&tips(&mut robot, &alone, &[left])[0], &X);
     assert!(p <= 2e-9 && R <= 2e-9);
