@@ -8,7 +8,7 @@
 //! which a plan goes as far as it can, each step once at the most; what a sample decides is at the outputs from the next on.
 //! Commands keep their values from step to step. All of it is discrete state.
 
-use crate::plan_settings::Settings;
+use crate::plan_settings::{Command, Settings};
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Condition, Place, Role, Times, Unit, Variable};
 use std::collections::BTreeMap;
@@ -22,18 +22,6 @@ pub struct Signal {
     pub unit: Option<String>,
     /// Value where nothing drives it, as in a phase without its source, in SI; unwritten: it must be wired.
     pub unwired: Option<f64>,
-}
-
-/// A command.
-#[derive(Params, Clone, Debug)]
-pub struct Command {
-    /// Name of the output.
-    pub name: String,
-    /// Unit of the number; unwritten: a truth value.
-    pub unit: Option<String>,
-    /// Value before a step sets it, and after the plan was aborted, in SI; a truth value is 0 or 1.
-    #[param(default = 0.0)]
-    pub start: f64,
 }
 
 /// A step of the plan.

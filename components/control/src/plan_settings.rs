@@ -1,8 +1,19 @@
 //! What a step of a plan sets: commands by name, each with a truth value or a quantity.
 
-use crate::plan::Command;
 use linkwork_runtime::prelude::*;
 use linkwork_runtime::{Located, Param, ParamSpec, ReadCx, Unit, Value, split_quantity};
+
+/// A command.
+#[derive(Params, Clone, Debug)]
+pub struct Command {
+    /// Name of the output.
+    pub name: String,
+    /// Unit of the number; unwritten: a truth value.
+    pub unit: Option<String>,
+    /// Value before a step sets it, and after the plan was aborted, in SI; a truth value is 0 or 1.
+    #[param(default = 0.0)]
+    pub start: f64,
+}
 
 /// Values of commands by their names, as they were written: `{ "radio": true, "level": "50 %" }`.
 #[derive(Clone, Debug, Default)]

@@ -8,12 +8,62 @@
 //! Fields of the Moon from Lunar Prospector and GRAIL are given in principal axes, and the rotation of the IAU is that of
 //! mean-Earth axes: 1.7 km apart at the surface.
 
-use crate::gravity::HarmonicsParams;
-use crate::third_bodies::Third;
+use crate::third::Third;
 use crate::world::{Centre, Inner, Turning, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::gravity::{Coefficients, Format, Harmonics, Keep, TideSystem, read};
+
+/// The field of a third body that the run comes near to.
+#[derive(Params, Clone, Debug)]
+pub struct ThirdField {
+    /// Which of `third_bodies`: earth, mars, moon.
+    pub body: Centre,
+    /// File of coefficients, whose μ goes before that of the ephemeris.
+    pub file: String,
+    /// Its layout: gmat, basilisk, icgem, shadr.
+    pub format: FieldFormat,
+    /// Highest degree.
+    #[param(default = 20, range = 0.0..=360.0)]
+    pub degree: usize,
+    /// Highest order; default: the degree.
+    #[param(range = 0.0..=360.0)]
+    pub order: Option<usize>,
+    /// Axes of its coefficients; default: of the Moon principal, else those of its IAU rotation.
+    pub axes: Option<FieldAxes>,
+}
+
+/// A field of harmonics, the planet that carries it, and who else pulls.
+#[derive(Params, Clone, Debug)]
+pub struct HarmonicsParams {
+    /// File of coefficients.
+    pub file: String,
+    /// Its layout: gmat, basilisk, icgem, shadr.
+    pub format: FieldFormat,
+    /// Highest degree.
+    #[param(default = 20, range = 0.0..=360.0)]
+    pub degree: usize,
+    /// Highest order; default: the degree.
+    #[param(range = 0.0..=360.0)]
+    pub order: Option<usize>,
+    /// Axes of its coefficients; default: of the Moon with `turns: iau` principal, else those of the world's rotation.
+    pub axes: Option<FieldAxes>,
+    /// Whether the permanent tide is within the coefficients; default: as the file says, else `tide_free`.
+    pub tide_system: Option<Permanent>,
+    /// The world, whose body has this field.
+    #[param(service)]
+    pub world: Handle<dyn World>,
+    /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `world`.
+    #[param(default = Vec::new())]
+    pub third_bodies: Vec<Third>,
+    /// Fields of third bodies that the run comes near to: so that it has several centres, as on the way from the Earth to an orbit about
+    /// the Moon. Each turns by the IAU; W is in the axes of the ICRF.
+    #[param(default = Vec::new())]
+    pub fields: Vec<ThirdField>,
+    /// Love number k₂ of the solid tide that the third bodies raise on the planet: the Earth 0.3, Mars 0.17; 0: none.
+    #[param(default = 0.0, range = 0.0..=1.5)]
+    pub love: f64,
+}
 
 /// Layouts of coefficient files.
 #[derive(Params, Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,7 +11,6 @@
 //! the diameter is what lets small craters come into the equilibrium that is observed, N(> D) ∝ D⁻² at a few percent of geometric
 //! saturation (Minton and others 2019), when they are made as D⁻³. A crater that is forgotten is not made.
 
-use crate::generator::crater_profile;
 use crate::random::Random;
 
 /// Coefficients a₁ … a₁₁ of the production function.
@@ -225,6 +224,17 @@ fn age_of(made: f64) -> f64 {
         if chronology(middle) < made { low = middle } else { high = middle }
     }
     0.5 * (low + high)
+}
+
+/// Profile of a crater of the diameter `d` at the distance `rho` from its centre, m.
+pub fn crater_profile(d: f64, rho: f64) -> f64 {
+    let (radius, depth, rim) = (0.5 * d, 0.2 * d, 0.04 * d);
+    let x = rho / radius;
+    if x < 1.0 {
+        return rim - depth + depth * x * x;
+    }
+    let fade = (1.0 - (x - 1.0) / 1.5).max(0.0);
+    rim / (x * x * x) * fade * fade * (3.0 - 2.0 * fade)
 }
 
 #[cfg(test)]

@@ -2,10 +2,11 @@
 //! `environment.exponential_atmosphere`, `environment.fixed_sun`.
 
 use crate::air::{Exponential, point_mass};
-use crate::gravity::{around, gradient_around, relative_to_centre};
+use crate::gravity::relative_to_centre;
 use crate::light::Seen;
 use crate::planet_air::SutherlandParams;
 use crate::world::PlanetWorld;
+use crate::world::{around, gradient_around};
 use linkwork_runtime::SOLAR_CONSTANT;
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;

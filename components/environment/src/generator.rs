@@ -12,7 +12,7 @@
 //! as a cap of its ball and kept in the list. The grid can only show rocks wider than about four cells with their shape.
 //! Order: relief, craters (large ones first), slope, dunes, forms, rocks.
 
-use crate::craters::{Degraded, Surface};
+use crate::craters::{Degraded, Surface, crater_profile};
 use crate::height_field::HeightField;
 use crate::landforms::{Dunes, Landform};
 use crate::noise::{Cell, Octave};
@@ -181,17 +181,6 @@ fn craters(recipe: &Recipe, field: &HeightField) -> Vec<[f64; 3]> {
     // Large ones first: young small craters lie in old large ones.
     out.sort_by(|a, b| b[2].total_cmp(&a[2]));
     out
-}
-
-/// Profile of a crater of the diameter `d` at the distance `rho` from its centre, m.
-pub fn crater_profile(d: f64, rho: f64) -> f64 {
-    let (radius, depth, rim) = (0.5 * d, 0.2 * d, 0.04 * d);
-    let x = rho / radius;
-    if x < 1.0 {
-        return rim - depth + depth * x * x;
-    }
-    let fade = (1.0 - (x - 1.0) / 1.5).max(0.0);
-    rim / (x * x * x) * fade * fade * (3.0 - 2.0 * fade)
 }
 
 fn dig(field: &mut HeightField, [x, y, d]: [f64; 3]) {

@@ -10,64 +10,13 @@
 //! A series of high degree means nothing below the planet's surface.
 
 use crate::body_field::{BodyField, coefficients, take_permanent_tide};
-pub use crate::body_field::{FieldAxes, FieldFormat, Permanent};
-pub use crate::third_bodies::Third;
+pub use crate::body_field::{FieldAxes, FieldFormat, HarmonicsParams, Permanent, ThirdField};
+pub use crate::third::Third;
 use crate::third_bodies::{Puller, pullers};
-use crate::world::{Centre, Planet, PlanetWorld, Turning, WorldParams};
+use crate::world::{PlanetWorld, Turning, WorldParams, around, gradient_around};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;
 use linkwork_world::gravity::{TideRaiser, solid_tide, solid_tide_gradient, zonal, zonal_gradient};
-
-/// The field of a third body that the run comes near to.
-#[derive(Params, Clone, Debug)]
-pub struct ThirdField {
-    /// Which of `third_bodies`: earth, mars, moon.
-    pub body: Centre,
-    /// File of coefficients, whose μ goes before that of the ephemeris.
-    pub file: String,
-    /// Its layout: gmat, basilisk, icgem, shadr.
-    pub format: FieldFormat,
-    /// Highest degree.
-    #[param(default = 20, range = 0.0..=360.0)]
-    pub degree: usize,
-    /// Highest order; default: the degree.
-    #[param(range = 0.0..=360.0)]
-    pub order: Option<usize>,
-    /// Axes of its coefficients; default: of the Moon principal, else those of its IAU rotation.
-    pub axes: Option<FieldAxes>,
-}
-
-/// A field of harmonics, the planet that carries it, and who else pulls.
-#[derive(Params, Clone, Debug)]
-pub struct HarmonicsParams {
-    /// File of coefficients.
-    pub file: String,
-    /// Its layout: gmat, basilisk, icgem, shadr.
-    pub format: FieldFormat,
-    /// Highest degree.
-    #[param(default = 20, range = 0.0..=360.0)]
-    pub degree: usize,
-    /// Highest order; default: the degree.
-    #[param(range = 0.0..=360.0)]
-    pub order: Option<usize>,
-    /// Axes of its coefficients; default: of the Moon with `turns: iau` principal, else those of the world's rotation.
-    pub axes: Option<FieldAxes>,
-    /// Whether the permanent tide is within the coefficients; default: as the file says, else `tide_free`.
-    pub tide_system: Option<Permanent>,
-    /// The world, whose body has this field.
-    #[param(service)]
-    pub world: Handle<dyn World>,
-    /// Who else pulls: sun, moon, earth, venus, mars, jupiter; needs an epoch in `world`.
-    #[param(default = Vec::new())]
-    pub third_bodies: Vec<Third>,
-    /// Fields of third bodies that the run comes near to: so that it has several centres, as on the way from the Earth to an orbit about
-    /// the Moon. Each turns by the IAU; W is in the axes of the ICRF.
-    #[param(default = Vec::new())]
-    pub fields: Vec<ThirdField>,
-    /// Love number k₂ of the solid tide that the third bodies raise on the planet: the Earth 0.3, Mars 0.17; 0: none.
-    #[param(default = 0.0, range = 0.0..=1.5)]
-    pub love: f64,
-}
 
 /// A field of harmonics on a turning planet, and third bodies.
 pub struct SphericalHarmonics {
@@ -223,28 +172,6 @@ impl Service for SphericalHarmonics {
         let field = BodyField::new(&coefficients, axes);
         let love = (p.love, field.radius());
         Ok(SphericalHarmonics { field, world, pullers, love })
-    }
-}
-
-/// A field (m/s²) that is given in axes of the planet, at a site that W is, with the centrifugal part where W turns; without a site, in axes of W.
-pub(crate) fn around(planet: &Planet, p: Vec3, field: impl Fn(&Vec3) -> Vec3) -> Vec3 {
-    match &planet.site {
-        Some(s) => {
-            let own = s.from_planet_axes(&field(&s.to_planet(&p)));
-            if planet.turning { own + s.centrifugal(&p) } else { own }
-        }
-        None => field(&p),
-    }
-}
-
-/// ∂a/∂p (1/s²) of the same, given that of the field.
-pub(crate) fn gradient_around(planet: &Planet, p: Vec3, gradient: impl Fn(&Vec3) -> Mat3) -> Mat3 {
-    let Some(s) = &planet.site else { return gradient(&p) };
-    let (R, omega) = (s.pose.rotation.to_rotation_matrix().into_inner(), s.omega());
-    let own = R.transpose() * gradient(&s.to_planet(&p)) * R;
-    match planet.turning {
-        true => own + Mat3::identity() * omega.norm_squared() - omega * omega.transpose(),
-        false => own,
     }
 }
 

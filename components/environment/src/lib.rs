@@ -50,6 +50,7 @@ pub mod random;
 pub mod soil;
 pub mod soil_map;
 pub mod terrain;
+pub mod third;
 pub mod third_bodies;
 pub mod tiled_terrain;
 pub mod tiles;

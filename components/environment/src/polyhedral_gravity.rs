@@ -7,7 +7,8 @@
 //! W is inertial, or a site on this body: then the field does not rotate in W, and has its centrifugal part. Cost: proportional
 //! to the number of faces and edges.
 
-use crate::third_bodies::{Puller, SolarOrbit, Third, pullers};
+use crate::third::Third;
+use crate::third_bodies::{Puller, SolarOrbit, pullers};
 use crate::world::{PlanetWorld, Turning, fault};
 use linkwork_runtime::prelude::*;
 use linkwork_spatial::Mat3;

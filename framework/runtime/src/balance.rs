@@ -8,69 +8,12 @@
 //! ```
 //! All terms count positive into the part. A part with connectors and nothing declared that has one kind of term is a boundary of the simulation: its exchange (thrust, drag, the
 //! heat of a radiator) is a term of the balance, and there is nothing to check. Every other part has to close.
+pub use crate::account::{Account, OwnAccount, OwnAccounts, Quantity};
 use crate::model::Description;
 use crate::ports::{PortKind, PortSpec};
 use crate::program::Program;
 use crate::value::Origin;
 use std::collections::BTreeSet;
-
-/// Role of a number in the balances of its part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Account {
-    /// An amount that the part holds: J, kg or C.
-    Stored,
-    /// A rate at which the part takes from outside of the simulation: W, kg/s or A.
-    Gained,
-    /// A rate at which the part gives to outside of the simulation: W, kg/s or A.
-    Lost,
-}
-
-/// What is conserved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Quantity {
-    /// Energy, J.
-    Energy,
-    /// Mass of propellant, kg.
-    Mass,
-    /// Electric charge, C.
-    Charge,
-}
-
-impl Quantity {
-    /// All of them.
-    pub const ALL: [Quantity; 3] = [Quantity::Energy, Quantity::Mass, Quantity::Charge];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::Energy => "energy",
-            Quantity::Mass => "mass",
-            Quantity::Charge => "charge",
-        }
-    }
-
-    /// The unit of its amounts.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Quantity::Energy => "J",
-            Quantity::Mass => "kg",
-            Quantity::Charge => "C",
-        }
-    }
-
-    /// Returns the quantity of a declared number, and whether it is an amount (J) or a rate (W).
-    fn of(unit: &str) -> Option<(Quantity, bool)> {
-        Some(match unit {
-            "J" => (Quantity::Energy, true),
-            "W" => (Quantity::Energy, false),
-            "kg" => (Quantity::Mass, true),
-            "kg/s" => (Quantity::Mass, false),
-            "C" => (Quantity::Charge, true),
-            "A" => (Quantity::Charge, false),
-            _ => return None,
-        })
-    }
-}
 
 /// Where a term of a part comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -107,28 +50,6 @@ pub struct Term {
     pub name: String,
     /// Its rate is the sum of these; of what is stored, the amount. Empty for an account of a block, which reports it itself.
     pub of: Vec<Product>,
-}
-
-/// An account that a block reports itself, because it is not a port.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OwnAccount {
-    /// Name: `kinetic energy`.
-    pub name: &'static str,
-    /// What it is.
-    pub account: Account,
-    /// What it counts.
-    pub quantity: Quantity,
-}
-
-/// The accounts of a block, and what it exchanges without knowing how much.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct OwnAccounts {
-    /// Numbers that it reports, in the order of [`crate::Block::accounts`].
-    pub known: Vec<OwnAccount>,
-    /// Exchanges that it cannot compute: their sum is the residual of its balance.
-    pub unknown: Vec<String>,
-    /// It receives the work of all parts.
-    pub receives_work: bool,
 }
 
 /// The terms of a part.

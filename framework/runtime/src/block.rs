@@ -1,11 +1,12 @@
 //! What the scheduler calls: operations on flat lanes, with the wiring inside. Models, the
 //! mechanism, contact and foreign units are all blocks; the scheduler knows no other kind.
-use crate::balance::OwnAccounts;
-use crate::field::Shown;
+use crate::account::OwnAccounts;
+use crate::error::BuildError;
 use crate::jacobian::{Jacobian, Operation};
-use crate::model::{BuildError, Description, Fired, Model, Store};
+use crate::model::{Description, Fired, Model, Store};
 use crate::overlay::SharedOverlay;
 use crate::ports::{Lanes, Text};
+use crate::shown::Shown;
 use crate::time::Clock;
 use crate::value::Value;
 use smallvec::SmallVec;
@@ -357,9 +358,9 @@ pub struct Named {
     /// Whole path.
     pub path: String,
     /// Where.
-    pub place: crate::plan::Place,
+    pub place: crate::variable::Place,
     /// What.
-    pub role: crate::plan::Role,
+    pub role: crate::variable::Role,
     /// Unit.
     pub unit: Text,
     /// Meaning.

@@ -1,10 +1,12 @@
 //! The catalogue: every model and service by name. Explicit; nothing registers itself.
 use crate::block::{Built, Prototype};
+use crate::error::BuildError;
 use crate::field::{self, BuiltField, Field};
 use crate::files::Files;
-use crate::model::{BuildError, Description, Functions, Model};
+use crate::model::{Description, Functions, Model};
 use crate::params::{Params, ReadCx};
-use crate::services::{Service, ServiceKind, ServiceObject};
+use crate::provider::Service;
+use crate::services::{ServiceKind, ServiceObject};
 use crate::sized::{self, BuiltSized, SizedModel};
 use crate::value::{Fault, Located, remedy};
 use std::collections::BTreeMap;

@@ -2,9 +2,10 @@
 //!
 //! Lanes are raw little-endian doubles (NaN, ±∞ and −0 survive); stores are MessagePack with names.
 use crate::noise;
-use crate::plan::{Place, Plan};
+use crate::plan::Plan;
 use crate::ports::Direction;
 use crate::step::{GuardState, Simulation, State};
+use crate::variable::Place;
 use linkwork_integrate::Memory;
 use serde::{Deserialize, Serialize};
 use std::any::Any;

@@ -7,7 +7,7 @@
 //! begin with `#` are comments. Columns are separated by commas; by semicolons or tabs where the first line has these and no commas, and a decimal
 //! comma is then read as well. A byte order mark is skipped.
 
-use crate::params::{Param, ParamSpec, ReadCx};
+use crate::params::{Param, ParamSpec, ReadCx, list};
 use crate::value::{Located, Origin, Value, remedy};
 
 /// A CSV file with its headings.
@@ -201,6 +201,26 @@ fn text_of(v: &Located, key: &str) -> Option<(String, Origin)> {
     match v.get(key).map(|l| (&l.value, l.origin)) {
         Some((Value::Text(t), origin)) => Some((t.clone(), origin)),
         _ => None,
+    }
+}
+
+impl<T: Param> Param for Vec<T> {
+    fn kind() -> String {
+        format!("list of {}", T::kind())
+    }
+    fn fields() -> Vec<ParamSpec> {
+        T::fields()
+    }
+    fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Vec<T>> {
+        if v.get("file").is_some() {
+            return read_list(v, spec, cx);
+        }
+        let items = list(v, spec, cx)?;
+        let read: Vec<Option<T>> = items.iter().map(|item| T::read(item, spec, cx)).collect();
+        read.into_iter().collect()
+    }
+    fn show(&self) -> Value {
+        Value::List(self.iter().map(|t| t.show().into()).collect())
     }
 }
 

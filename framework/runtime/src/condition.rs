@@ -15,9 +15,9 @@
 //! where a continuous number reaches zero. `<=` and `>=` hold where both sides are equal. `<` and `>` do not: their value is the
 //! negative number next to zero there. Both sides of a test have the same quantity. A unit may have blanks: `10 N m`.
 //! `time` is the simulated time, `phase_time` the time since the present phase began.
-use crate::plan::{Place, Variable};
 use crate::units::Unit;
 use crate::value::remedy;
+use crate::variable::{Place, Variable};
 use std::collections::BTreeMap;
 
 /// A compiled condition.
@@ -509,8 +509,8 @@ impl<'a> Reader<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::Role;
     use crate::ports::PortKind;
+    use crate::variable::Role;
 
     fn variables() -> BTreeMap<String, Variable> {
         let v = |place, unit: &'static str| Variable {

@@ -6,19 +6,18 @@
 //! other update of the row, the field takes its inputs and all imprints in path order, and changes its data. So no order
 //! of parts matters, and the data are saved, forked and replayed as any other state.
 use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into};
-use crate::model::{BuildError, Description, Functions, Store, lanes};
+use crate::error::BuildError;
+use crate::model::{Description, Functions, Store, lanes};
 use crate::overlay::SharedOverlay;
 use crate::params::Params;
 use crate::ports::{Lanes, PortSpec};
+use crate::shown::Shown;
 use crate::time::Clock;
 use crate::value::Value;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::any::Any;
 use std::sync::Arc;
-
-/// The binding by which a part names the field that it reads and writes; its imprint's ports name it.
-pub(crate) const BINDING: &str = "field";
 
 /// Data that a field shows. Who reads them takes any field that shows data of this type.
 pub trait Shows: Serialize + DeserializeOwned + Clone + Send + Sync + 'static {
@@ -63,9 +62,6 @@ pub trait Field: Sized + Send + Sync + 'static {
         None
     }
 }
-
-/// A field as its readers see it, of any type: downcast to [`Seen`].
-pub type Shown = Arc<dyn Any + Send + Sync>;
 
 /// The field with its data at one time.
 #[derive(Clone)]

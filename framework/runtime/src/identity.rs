@@ -2,28 +2,6 @@
 use crate::noise;
 use crate::plan::Plan;
 use std::fmt::Write;
-use std::sync::OnceLock;
-
-/// What goes into the hash and does not stand in the plan otherwise, and the hash once somebody has asked for it.
-#[derive(Debug, Default)]
-pub(crate) struct Identity {
-    /// Sizes, settings and timing.
-    before: String,
-    /// Services, files, fields, and the conditions on which the phase is left.
-    after: String,
-    hash: OnceLock<u64>,
-}
-
-impl Identity {
-    pub fn new(before: String, after: String) -> Identity {
-        Identity { before, after, hash: OnceLock::new() }
-    }
-
-    /// That of a plan which shares its hash with others.
-    pub fn shared(hash: u64) -> Identity {
-        Identity { hash: OnceLock::from(hash), ..Identity::default() }
-    }
-}
 
 impl Plan {
     /// Hash of structure and layout: equal plans can exchange states. In a program with several phases it is that of all of

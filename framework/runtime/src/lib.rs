@@ -6,7 +6,9 @@
 extern crate linkwork_maths as _;
 extern crate self as linkwork_runtime;
 
+mod account;
 pub mod balance;
+mod binding;
 mod block;
 mod catalogue;
 mod checkpoint;
@@ -15,6 +17,7 @@ mod compile;
 mod condition;
 pub mod connectors;
 pub mod doc;
+mod error;
 mod field;
 mod files;
 mod identity;
@@ -30,22 +33,29 @@ mod plan;
 mod port_values;
 mod ports;
 mod program;
+mod provider;
 mod recorder;
+mod route;
 mod rows;
 mod scenery;
 mod schedule;
+mod service_params;
 mod services;
+mod shown;
 mod site;
 mod sized;
 mod spec;
 mod start;
 mod step;
+mod surroundings;
 mod time;
 mod units;
 mod value;
+mod variable;
 mod world;
 
-pub use balance::Account;
+pub use account::Account;
+pub use binding::{BindSpec, BindTarget};
 pub use block::{
     Block, Carried, Evaluation, Failure, Indices, Named, Now, Outcome, Prototype, Wiring,
 };
@@ -53,7 +63,8 @@ pub use catalogue::{Catalogue, Entry, Foreign, Making};
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compile::{Bound, End, Host, HostWire, Lowering, check_parts, compile, known_variables};
 pub use condition::{Condition, ConditionError, Times};
-pub use field::{Field, Seen, Shown, Shows, View};
+pub use error::BuildError;
+pub use field::{Field, Seen, Shows, View};
 pub use files::Files;
 pub use jacobian::{Jacobian, Operation};
 pub use linkwork_multibody::names::{did_you_mean, nearest};
@@ -63,14 +74,14 @@ pub use mechanism::{
     MechanismSpec, Passing, PlaceError, Placed, Placement, RankReport, place_on_terrain,
     settle_placed,
 };
-pub use model::{BuildError, Description, Fired, Functions, Model, Store};
+pub use model::{Description, Fired, Functions, Model, Store};
 pub use overlay::{
     OVERLAY_PERIOD, Overlay, OverlayNews, OverlayTile, OverlayValues, SharedOverlay,
 };
 pub use params::{Param, ParamSpec, Params, Range, ReadCx};
 pub use plan::{
-    FieldPlan, Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Place, Plan, Role, Row, Sizes,
-    Sum, TickWork, Variable, Via, Watched, WirePlan,
+    FieldPlan, Fires, GuardPlan, Guarded, Integration, Op, PartPlan, Plan, Row, Sizes, Sum,
+    TickWork, Via, Watched, WirePlan,
 };
 pub use ports::{
     AddedMass, BallState, BallTorque, BodyMass, ContactLoad, Direction, HingeAccel, HingeLoad,
@@ -78,29 +89,30 @@ pub use ports::{
     SurfaceVelocity, Text, Traction, VehicleMass, Wrench,
 };
 pub use program::{Phase, PhaseSpec, Program, TransitionSpec, WatchSpec, compile_program};
+pub use provider::Service;
 pub use recorder::{Change, Consumer, Overflow, Recorder, SetRow};
 pub use rows::{Around, Group, Rows, Rule, Sample, Sink};
 pub use scenery::{PLAIN, Scenery, Sight};
 pub use schedule::Schedule;
 pub use services::{
-    AU, Air, Atmosphere, Gravity, Ground, Handle, Light, Provided, Rock, SOLAR_CONSTANT,
-    SPEED_OF_LIGHT, Service, ServiceKind, ServiceObject, Services, Soil, Sun, SunState, Surface,
-    Terrain,
+    Air, Atmosphere, Gravity, Ground, Handle, Light, Provided, Rock, SOLAR_CONSTANT,
+    SPEED_OF_LIGHT, ServiceKind, ServiceObject, Services, Soil, Sun, SunState, Surface, Terrain,
 };
+pub use shown::Shown;
 pub use site::{Axes, Site};
 pub use sized::{SizedModel, SizedPorts};
-pub use spec::{
-    Accuracy, BindSpec, BindTarget, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming,
-};
+pub use spec::{Accuracy, Integrator, PartSpec, PortRef, Spec, WireSpec, WireTiming};
 pub use start::{Anomaly, BodyStart, Start, StartFrame, TwoLineSource};
 pub use step::{
     GuardState, MoveReport, Notice, Observer, Profile, RunError, Simulation, Spent, State, Stop,
     Stretch, VariableError, Wanted,
 };
+pub use surroundings::{Vertical, needs_level_ground};
 pub use time::{Clock, Seconds};
-pub use units::{Unit, UnitError, split_quantity};
+pub use units::{AU, Unit, UnitError, split_quantity};
 pub use value::{Fault, Faults, Located, Origin, Sources, Value, remedy, told};
-pub use world::{Geographic, PlainWorld, Vertical, World, needs_level_ground};
+pub use variable::{Place, Role, Variable};
+pub use world::{Geographic, PlainWorld, World};
 
 /// What a library of models needs in scope.
 pub mod prelude {

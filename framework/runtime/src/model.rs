@@ -1,8 +1,9 @@
 //! Models: pure functions of plain data. The arguments that they name decide the order of evaluation.
-use crate::field::{BINDING, Shown};
+use crate::error::BuildError;
 use crate::overlay::SharedOverlay;
 use crate::params::{ParamSpec, Params};
 use crate::ports::{Lanes, PortSpec, Text};
+use crate::shown::{BINDING, Shown};
 use crate::time::Clock;
 use serde::{Serialize, de::DeserializeOwned};
 
@@ -35,47 +36,6 @@ pub struct Functions {
     pub steps: bool,
     /// It draws something on the ground.
     pub overlay: bool,
-}
-
-/// A model cannot be built from these parameters; or what a part or a service says of a run, when it begins or in the middle of it.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{message}")]
-pub struct BuildError {
-    /// What is wrong.
-    pub message: String,
-    /// What to do about it.
-    pub help: Option<String>,
-    /// The parameter at fault, when it is one.
-    pub param: Option<String>,
-    /// Said of a run: it stops there. Else it is told once, and the run goes on.
-    pub stops: bool,
-}
-
-impl BuildError {
-    /// With a message.
-    pub fn new(message: impl Into<String>) -> Self {
-        BuildError { message: message.into(), help: None, param: None, stops: false }
-    }
-    /// What an error of another crate says.
-    pub fn of(error: &dyn std::fmt::Display) -> Self {
-        let (message, help) = crate::value::told(error);
-        BuildError { message, help, param: None, stops: false }
-    }
-    /// With a remedy.
-    pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
-        self
-    }
-    /// At a parameter.
-    pub fn at(mut self, param: impl Into<String>) -> Self {
-        self.param = Some(param.into());
-        self
-    }
-    /// Said of a run: whether it stops there.
-    pub fn stopping(mut self, stops: bool) -> Self {
-        self.stops = stops;
-        self
-    }
 }
 
 /// Large mutable data of a model: saved with the state, changed only in `update`. A type becomes one by

@@ -1,6 +1,6 @@
 //! Parameters: reading them from located values with units, ranges and defaults; showing them back.
 use crate::files::Files;
-use crate::services::{Handle, Provided, Services};
+use crate::services::{Handle, Services};
 use crate::units::{Unit, split_quantity};
 use crate::value::{Fault, Located, Origin, Value, remedy};
 use crate::world::World;
@@ -360,7 +360,7 @@ impl<'a> ReadCx<'a> {
         Some(word)
     }
 
-    fn wrong(&mut self, v: &Located, spec: &ParamSpec, wanted: &str) {
+    pub(crate) fn wrong(&mut self, v: &Located, spec: &ParamSpec, wanted: &str) {
         let message =
             format!("`{}.{}` is {wanted}, this is {}", self.path, spec.name, v.value.what());
         self.fault(v.origin, message, None);
@@ -436,33 +436,17 @@ impl Param for String {
     }
 }
 
-fn list<'v>(v: &'v Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<&'v [Located]> {
+pub(crate) fn list<'v>(
+    v: &'v Located,
+    spec: &ParamSpec,
+    cx: &mut ReadCx<'_>,
+) -> Option<&'v [Located]> {
     match &v.value {
         Value::List(items) => Some(items),
         _ => {
             cx.wrong(v, spec, "a list");
             None
         }
-    }
-}
-
-impl<T: Param> Param for Vec<T> {
-    fn kind() -> String {
-        format!("list of {}", T::kind())
-    }
-    fn fields() -> Vec<ParamSpec> {
-        T::fields()
-    }
-    fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Vec<T>> {
-        if v.get("file").is_some() {
-            return crate::columns::read_list(v, spec, cx);
-        }
-        let items = list(v, spec, cx)?;
-        let read: Vec<Option<T>> = items.iter().map(|item| T::read(item, spec, cx)).collect();
-        read.into_iter().collect()
-    }
-    fn show(&self) -> Value {
-        Value::List(self.iter().map(|t| t.show().into()).collect())
     }
 }
 
@@ -517,46 +501,5 @@ impl<T: Param> Param for Option<T> {
     }
     fn show(&self) -> Value {
         self.as_ref().map_or(Value::Null, Param::show)
-    }
-}
-
-impl<T: ?Sized + Provided> Param for Handle<T> {
-    fn kind() -> String {
-        format!("path of a {} service", T::KIND.text())
-    }
-    fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Self> {
-        let Value::Text(path) = &v.value else {
-            cx.wrong(v, spec, "the path of a service");
-            return None;
-        };
-        Self::find(Some(path), v.origin, cx)
-    }
-    fn missing(_: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
-        Some(Self::find(None, Origin::NONE, cx))
-    }
-    fn if_there(cx: &mut ReadCx<'_>) -> Option<Self> {
-        let any = cx.services.iter().any(|(_, object)| object.kind() == T::KIND);
-        if any { Self::find(None, Origin::NONE, cx) } else { None }
-    }
-    fn show(&self) -> Value {
-        Value::Text(self.path().to_string())
-    }
-}
-
-impl<T: ?Sized + Provided> Handle<T> {
-    fn find(path: Option<&str>, origin: Origin, cx: &mut ReadCx<'_>) -> Option<Self> {
-        match cx.services.find::<T>(path, &cx.path) {
-            Ok(handle) => {
-                cx.asked.push(handle.path().to_string());
-                Some(handle)
-            }
-            Err(missing) => {
-                if let Some((message, help)) = missing {
-                    let message = format!("`{}`: {message}", cx.path);
-                    cx.fault(origin, message, Some(help));
-                }
-                None
-            }
-        }
     }
 }

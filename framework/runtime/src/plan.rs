@@ -1,16 +1,16 @@
 //! The plan: everything about a simulation that does not change while it runs. Shared between runs.
-use crate::block::{Prototype, Wiring};
+use crate::block::{Block, Prototype, Wiring};
 use crate::condition::Condition;
-use crate::identity::Identity;
 use crate::model::{Turning, lanes};
-use crate::ports::{Direction, PortKind, Text};
+use crate::ports::Direction;
 use crate::services::{ServiceObject, Services};
 use crate::time::Seconds;
 use crate::value::{Fault, Origin};
+use crate::variable::Variable;
 use linkwork_integrate::{Control, Method};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// A compiled simulation.
 pub struct Plan {
@@ -325,51 +325,6 @@ pub struct Row {
     pub work: u32,
 }
 
-/// Where a variable lives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
-    /// Continuous state lane.
-    X(u32),
-    /// Discrete state lane.
-    D(u32),
-    /// Signal lane.
-    Signal(u32),
-    /// A variable of a program with several phases: each has it in another lane, or not at all.
-    Channel(u32),
-    /// When a phase of the program began last (s); NaN before it has begun.
-    Phase(u32),
-}
-
-/// What a variable is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Output of a model.
-    Output,
-    /// Input that is driven by a wire.
-    Input,
-    /// Input without a wire: may be set.
-    Free,
-    /// State of a model or of the mechanism.
-    State,
-}
-
-/// A variable: one lane with a path.
-#[derive(Clone, Debug)]
-pub struct Variable {
-    /// Where.
-    pub place: Place,
-    /// What.
-    pub role: Role,
-    /// Unit as written in the source.
-    pub unit: Text,
-    /// Meaning.
-    pub doc: Text,
-    /// Number or truth value.
-    pub kind: PortKind,
-    /// Path of the part that owns it.
-    pub part: Arc<str>,
-}
-
 /// A wire as resolved, for listings.
 #[derive(Clone, Debug)]
 pub struct WirePlan {
@@ -434,4 +389,30 @@ impl Plan {
     pub(crate) fn block_path(&self, k: u32) -> &str {
         &self.parts[k as usize].path
     }
+}
+
+/// What goes into the hash and does not stand in the plan otherwise, and the hash once somebody has asked for it.
+#[derive(Debug, Default)]
+pub(crate) struct Identity {
+    /// Sizes, settings and timing.
+    pub before: String,
+    /// Services, files, fields, and the conditions on which the phase is left.
+    pub after: String,
+    pub hash: OnceLock<u64>,
+}
+
+impl Identity {
+    pub fn new(before: String, after: String) -> Identity {
+        Identity { before, after, hash: OnceLock::new() }
+    }
+
+    /// That of a plan which shares its hash with others.
+    pub fn shared(hash: u64) -> Identity {
+        Identity { hash: OnceLock::from(hash), ..Identity::default() }
+    }
+}
+
+/// Makes the blocks of a plan.
+pub(crate) fn blocks_of(plan: &Plan) -> Vec<Box<dyn Block>> {
+    plan.parts.iter().map(|p| p.prototype.block(p.wiring.clone())).collect()
 }

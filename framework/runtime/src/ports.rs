@@ -1,5 +1,5 @@
 //! Ports: plain structs seen as flat lanes of `f64`, with names, units, bindings and documentation.
-use crate::balance::Account;
+use crate::account::Account;
 use crate::units::Unit;
 use linkwork_spatial::nalgebra::{Quaternion, UnitQuaternion};
 use linkwork_spatial::{Quat, Vec3};

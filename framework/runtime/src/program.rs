@@ -4,15 +4,15 @@ use crate::catalogue::Catalogue;
 use crate::compile::{WatchedSpec, WhenSpec, Within, common_tick, compile_phase};
 use crate::condition::Condition;
 use crate::files::Files;
-use crate::identity::Identity;
 use crate::noise;
-use crate::plan::{Fires, Place, Plan, Role, Variable};
+use crate::plan::{Fires, Identity, Plan};
 use crate::ports::PortKind;
+use crate::route::Route;
 use crate::services::ServiceKind;
 use crate::spec::Spec;
-use crate::step::Route;
 use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin, remedy};
+use crate::variable::{Place, Role, Variable};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 

@@ -9,13 +9,14 @@
 //! A condition is looked at at every tick, at whatever rate rows are due. It is an event where it holds and did not at
 //! the tick before, and at the start of a run; not where a log begins later. A value that a phase has not makes it not hold.
 use crate::condition::Condition;
-use crate::field::Shown;
 use crate::noise;
 use crate::overlay::SharedOverlay;
-use crate::plan::{Place, Plan};
+use crate::plan::Plan;
 use crate::schedule::Schedule;
+use crate::shown::Shown;
 use crate::step::Simulation;
 use crate::time::{Seconds, nanoseconds};
+use crate::variable::Place;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 

@@ -1,8 +1,6 @@
 //! What there is to see: the shapes of the bodies, for cameras and lidars.
-use crate::params::{Param, ParamSpec, ReadCx};
 use crate::pattern;
 use crate::ports::{Lane, NodeState, PortKind, PortSpec};
-use crate::value::{Fault, Located, Value, remedy};
 use linkwork_collision::Seen;
 use linkwork_spatial::Pose;
 use std::sync::Arc;
@@ -14,7 +12,7 @@ pub(crate) const TO_NODE: &str = "node:/";
 pub(crate) const KIND: &str = "list of patterns of bodies";
 
 /// Name of the body that does not move.
-const WORLD: &str = "world";
+pub(crate) const WORLD: &str = "world";
 
 /// A shape on a body.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,13 +35,13 @@ pub struct Sight {
 /// with [`Scenery::poses`].
 #[derive(Clone, Debug, Default)]
 pub struct Scenery {
-    shapes: Arc<Vec<Sight>>,
+    pub(crate) shapes: Arc<Vec<Sight>>,
     /// Full names of the bodies that move and have shapes, each once, in order.
-    bodies: Arc<Vec<String>>,
+    pub(crate) bodies: Arc<Vec<String>>,
     /// For each shape the place of its body among them; `None`: the world.
     places: Arc<Vec<Option<usize>>>,
     /// Patterns as written; `None`: all.
-    only: Option<Vec<String>>,
+    pub(crate) only: Option<Vec<String>>,
 }
 
 impl Scenery {
@@ -99,37 +97,10 @@ impl Scenery {
     }
 
     /// Those on bodies that the patterns name.
-    fn only(&self, patterns: Vec<String>) -> Self {
+    pub(crate) fn only(&self, patterns: Vec<String>) -> Self {
         let named = |s: &&Sight| patterns.iter().any(|p| pattern::path_matches(p, &s.body));
         let shapes = self.shapes.iter().filter(named).cloned().collect();
         Self { only: Some(patterns), ..Self::of(shapes) }
-    }
-}
-
-impl Param for Scenery {
-    fn kind() -> String {
-        KIND.into()
-    }
-    fn read(v: &Located, spec: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Self> {
-        let patterns = Vec::<String>::read(v, spec, cx)?;
-        let all = &cx.services.scenery;
-        let names: Vec<&str> = all.shapes.iter().map(|s| s.body.as_str()).collect();
-        let nobody = |p: &&String| !names.iter().any(|n| pattern::path_matches(p, n));
-        // Without a specification there is nothing to see yet.
-        if let Some(stray) = patterns.iter().find(nobody).filter(|_| !names.is_empty()) {
-            let fact = format!("`{}.{}`: no body with a shape is `{stray}`", cx.path, spec.name);
-            let known: Vec<&str> = all.bodies.iter().map(String::as_str).chain([WORLD]).collect();
-            cx.faults.push(Fault::new(v.origin, fact).help(remedy(stray, "bodies", &known)));
-            return None;
-        }
-        Some(all.only(patterns))
-    }
-    fn missing(_: &ParamSpec, cx: &mut ReadCx<'_>) -> Option<Option<Self>> {
-        Some(Some(cx.services.scenery.clone()))
-    }
-    /// The patterns; of unwritten ones that which takes all.
-    fn show(&self) -> Value {
-        self.only.clone().unwrap_or_else(|| vec!["**".into()]).show()
     }
 }
 

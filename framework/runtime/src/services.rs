@@ -1,10 +1,9 @@
 //! Services: shared read-only surroundings (terrain, gravity, atmosphere, sun, and the world that they belong to) that models ask at points.
 //!
 //! W is the simulation's frame: inertial, or a [`Site`]: then z is up, x east, y north.
-use crate::files::Files;
-use crate::params::Params;
 use crate::scenery::Scenery;
 use crate::site::{Axes, Site};
+use crate::units::AU;
 use crate::value::remedy;
 use crate::world::World;
 use linkwork_collision::relief::{GridFault, Lattice, Relief};
@@ -322,8 +321,7 @@ impl Light {
 
 /// Speed of light (m/s, exact).
 pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
-/// Astronomical unit (m, exact).
-pub const AU: f64 = 149_597_870_700.0;
+
 /// Power of sunlight at 1 AU (W/m²), nominal total solar irradiance of the IAU (2015, resolution B3).
 pub const SOLAR_CONSTANT: f64 = 1361.0;
 
@@ -427,22 +425,6 @@ impl ServiceObject {
             ServiceObject::World(o) => o.failure(t),
         }
     }
-}
-
-/// A provider of a service (complete it with `#[service(..)]`).
-pub trait Service: Sized + Send + Sync + 'static {
-    /// Name in the catalogue.
-    const NAME: &'static str;
-    /// Documentation.
-    const DOC: &'static str;
-    /// What it provides.
-    const KIND: ServiceKind;
-    /// Parameters.
-    type Params: Params;
-    /// Makes it; files are found relative to the assembly that names them.
-    fn build(p: Self::Params, files: &Files) -> Result<Self, crate::BuildError>;
-    /// As a shared object.
-    fn object(self) -> ServiceObject;
 }
 
 /// A trait that services provide.

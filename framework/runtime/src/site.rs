@@ -12,7 +12,6 @@
 //!
 //! [`Gravity::site`]: crate::Gravity::site
 use crate::ports::NodeState;
-use crate::services::ServiceObject;
 use linkwork_spatial::{Pose, Quat, Vec3};
 
 /// Where W is on its planet, and how fast that turns.
@@ -115,18 +114,5 @@ impl Axes {
     #[must_use]
     pub fn place(self) -> Option<Site> {
         if let Axes::Site(s) | Axes::Level(s) = self { Some(s) } else { None }
-    }
-}
-
-impl ServiceObject {
-    /// What it takes W for.
-    pub fn axes(&self) -> Axes {
-        match self {
-            ServiceObject::Gravity(g) => g.axes(),
-            ServiceObject::World(w) => w.axes(),
-            ServiceObject::Atmosphere(_) | ServiceObject::Sun(_) | ServiceObject::Terrain(_) => {
-                Axes::Any
-            }
-        }
     }
 }

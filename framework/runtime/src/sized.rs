@@ -1,10 +1,11 @@
 //! Models whose ports follow from their parameters: n wheels, n tanks, a table of thrusters. They read and write slices in the
 //! order of their ports.
 use crate::block::{Block, Now, Outcome, Prototype, Wiring, copy_into, read_store, store_bytes};
-use crate::field::Shown;
-use crate::model::{BuildError, Description, Fired, Functions, Store, lanes};
+use crate::error::BuildError;
+use crate::model::{Description, Fired, Functions, Store, lanes};
 use crate::params::Params;
 use crate::ports::{PortSpec, Text};
+use crate::shown::Shown;
 use crate::time::Clock;
 use crate::value::Value;
 use std::any::Any;

@@ -1,6 +1,7 @@
 //! The flat specification that `compile` takes: parts, wires, bindings, and what parts bind to. Paths are dotted.
 //!
 //! The assembly floor writes it from RON; a Rust program may write it directly.
+use crate::binding::BindSpec;
 use crate::compile::Host;
 use crate::time::Seconds;
 use crate::value::{Located, Origin, Value};
@@ -107,42 +108,6 @@ pub struct WireSpec {
     pub text: String,
     /// Where it is written.
     pub origin: Origin,
-}
-
-/// A binding of a part to a node or a hinge coordinate of the mechanism.
-#[derive(Clone, Debug)]
-pub struct BindSpec {
-    /// Path of the part.
-    pub part: String,
-    /// Name of the binding, as in `#[port(bind = "..")]`.
-    pub bind: String,
-    /// The target.
-    pub target: BindTarget,
-    /// Where it is written.
-    pub origin: Origin,
-}
-
-/// What a part is bound to.
-#[derive(Clone, Debug, PartialEq)]
-pub enum BindTarget {
-    /// A node of the mechanism by its full name, or a body (its hinge-side origin).
-    Node(String),
-    /// The one-dof hinge of a body, by the body's full name; `index` chooses the coordinate when it has several.
-    Hinge {
-        /// Body.
-        body: String,
-        /// Coordinate, from 0.
-        index: usize,
-    },
-    /// A prescribed subhinge of a loop, by the loop's name; `index` chooses among several.
-    Loop {
-        /// The loop.
-        name: String,
-        /// Which of its prescribed subhinges, from 0.
-        index: usize,
-    },
-    /// A field: the path of its part, or its end as seen from an assembly around the part that binds.
-    Field(String),
 }
 
 /// Which integrator.

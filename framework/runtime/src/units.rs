@@ -1,6 +1,9 @@
 //! Units: exponent vectors of (kg m s A K mol cd rad) with a factor and an offset to SI.
 use std::fmt;
 
+/// Astronomical unit (m, exact).
+pub const AU: f64 = 149_597_870_700.0;
+
 /// A unit: SI value = `scale` × number + `offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
@@ -67,7 +70,7 @@ const TABLE: &[(&str, [i8; 8], f64, bool)] = &[
     ("d",    [0, 0, 1, 0, 0, 0, 0, 0], 86_400.0, false),
     ("day",  [0, 0, 1, 0, 0, 0, 0, 0], 86_400.0, false),
     ("sol",  [0, 0, 1, 0, 0, 0, 0, 0], 88_775.244, false),
-    ("AU",   [0, 1, 0, 0, 0, 0, 0, 0], crate::services::AU, false),
+    ("AU",   [0, 1, 0, 0, 0, 0, 0, 0], AU, false),
     ("mi",   [0, 1, 0, 0, 0, 0, 0, 0], 1609.344, false),
     ("nmi",  [0, 1, 0, 0, 0, 0, 0, 0], 1852.0, false),
     ("mph",  [0, 1, -1, 0, 0, 0, 0, 0], 1609.344 / 3600.0, false),

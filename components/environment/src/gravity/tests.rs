@@ -1,6 +1,7 @@
 //! Harmonics, third bodies, tides, zonal fields: closed forms, sites, gradients, mistakes.
 
 use super::*;
+use crate::world::Centre;
 use crate::world::{SiteParams, handle};
 
 /// A lopsided field up to degree and order 3, in Basilisk's layout.

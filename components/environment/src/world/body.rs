@@ -1,6 +1,6 @@
 //! Bodies that a world can be of, with their constants.
 
-use crate::third_bodies::Third;
+use crate::third::Third;
 use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::Body;
 use linkwork_world::planet::{Ellipsoid, MU_MOON};

@@ -1,6 +1,7 @@
 //! The service: what a world knows of its body, its date and its light.
 
-use super::{Centre, Planet, WorldParams};
+use super::body::Centre;
+use super::params::{Planet, WorldParams};
 use crate::ephemeris::{Course, Heavens};
 use crate::light::Seen;
 use linkwork_runtime::Start;

@@ -2,7 +2,9 @@
 
 use super::service::*;
 use super::*;
+use crate::third::Third;
 use linkwork_runtime::SOLAR_CONSTANT;
+use linkwork_runtime::prelude::*;
 use linkwork_world::ephemeris::Body;
 
 fn refused(p: &WorldParams) -> BuildError {

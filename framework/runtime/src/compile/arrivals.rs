@@ -1,11 +1,11 @@
 //! What arrives at the inputs of all parts, and what follows of it: one source lane for each input lane; reductions get many.
-use super::Part;
-use super::connect::{Connections, Link};
+use super::connections::{Connections, Link};
 use super::host::End;
-use crate::field::BINDING;
+use super::part::Part;
 use crate::model::{Description, lanes};
 use crate::plan::Sum;
 use crate::ports::PortSpec;
+use crate::shown::BINDING;
 use crate::value::Fault;
 
 /// A source lane that arrives at an input lane.

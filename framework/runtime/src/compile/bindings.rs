@@ -1,13 +1,14 @@
 //! Bindings: gathered with the ports that they serve, and handed to the host.
-use super::Part;
-use super::connect::Connections;
+use super::connections::Connections;
 use super::host::{Bound, End, Lowering};
+use super::part::Part;
+use crate::binding::{BindSpec, BindTarget};
 use crate::block::{Prototype, Wiring};
-use crate::field::BINDING;
 use crate::ports::{PortKind, PortSpec};
 use crate::scenery::TO_NODE;
 use crate::services::Services;
-use crate::spec::{BindSpec, BindTarget, PartSpec, Spec};
+use crate::shown::BINDING;
+use crate::spec::{PartSpec, Spec};
 use crate::value::{Fault, Value, remedy};
 use std::collections::BTreeMap;
 

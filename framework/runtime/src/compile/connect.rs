@@ -1,83 +1,16 @@
 //! Wires: every input lane gets one source lane; reductions get many.
-use super::Part;
 use super::arrivals::Arrivals;
+use super::connections::{Connections, Link, Tear};
 use super::find::{Finder, Found};
 use super::host::{End, HostWire};
 use super::order::Order;
-use crate::plan::{Sizes, Sum, Via, WirePlan};
+use super::part::Part;
+use crate::plan::{Sizes, Via, WirePlan};
 use crate::ports::{PortKind, PortSpec, Text};
 use crate::spec::{PortRef, Spec, WireSpec, WireTiming};
 use crate::units::Unit;
 use crate::value::{Fault, Origin};
 use std::collections::BTreeMap;
-
-/// The result of connecting.
-#[derive(Default)]
-pub(crate) struct Connections {
-    /// For each part: source lane of each lane of the inputs and of the feedthrough inputs.
-    pub inputs: Vec<(Vec<u32>, Vec<u32>)>,
-    /// Reductions.
-    pub sums: Vec<Sum>,
-    /// Signal lanes with constant content.
-    pub constants: Vec<(u32, f64)>,
-    /// All signal lanes.
-    pub signals: usize,
-    /// Continuous and discrete lanes.
-    pub sizes: Sizes,
-    /// Signal lanes of inputs without a wire: (part, input lane) → lane.
-    pub free: BTreeMap<(usize, usize), u32>,
-    /// Wires whose values are sought: the algebraic loops are cut there.
-    pub tears: Vec<Tear>,
-    /// For listings and loop reports.
-    pub links: Vec<Link>,
-}
-
-/// A wire that is solved for.
-pub(crate) struct Tear {
-    /// What the writer sends.
-    pub sources: Vec<u32>,
-    /// First of the lanes that the reader sees.
-    pub sought: u32,
-    pub tolerance: f64,
-    pub reader: usize,
-    pub text: String,
-    pub to: String,
-    pub origin: Origin,
-}
-
-/// What joins an output to an input.
-pub(crate) struct Link {
-    /// Path of the output, or what is bound.
-    pub from: String,
-    pub to: String,
-    pub via: Via,
-    /// Which end it is known by: the reader where a host's output is bound, else the writer.
-    pub end: End,
-    pub origin: Origin,
-    /// First source lane.
-    pub source: u32,
-    /// Reading part.
-    pub reader: usize,
-}
-
-impl Connections {
-    /// The links as a plan lists them.
-    pub(crate) fn listing(links: Vec<Link>, parts: &[Part<'_>], order: &Order) -> Vec<WirePlan> {
-        let listed = |l: Link| {
-            let held = parts.get(l.reader).is_none_or(|p| p.wiring.period == 0);
-            let hold = order.sampled_lane(l.source) && held;
-            WirePlan { from: l.from, to: l.to, via: l.via, hold }
-        };
-        links.into_iter().map(listed).collect()
-    }
-
-    /// New signal lanes: the first of so many.
-    pub(super) fn allocate(&mut self, n: usize) -> u32 {
-        let lane = self.signals as u32;
-        self.signals += n;
-        lane
-    }
-}
 
 struct Connector<'a, 'b, 'w> {
     finder: Finder<'a, 'b>,
@@ -304,4 +237,14 @@ fn unlike(
     let each = (0..n).map(|k| (from[a + k].1.clone(), to[b + k].1.clone()));
     let mut differ = each.filter(|(a, b)| a != b);
     differ.find(|(a, b)| !quantity(a).same_quantity(&quantity(b)))
+}
+
+/// The links as a plan lists them.
+pub(super) fn listing(links: Vec<Link>, parts: &[Part<'_>], order: &Order) -> Vec<WirePlan> {
+    let listed = |l: Link| {
+        let held = parts.get(l.reader).is_none_or(|p| p.wiring.period == 0);
+        let hold = order.sampled_lane(l.source) && held;
+        WirePlan { from: l.from, to: l.to, via: l.via, hold }
+    };
+    links.into_iter().map(listed).collect()
 }

@@ -4,8 +4,8 @@
 //! two parts in both directions or not at all: an input of a connector that comes from another connector requires that the
 //! outputs of the same quantities go back to it, unless that one has no inputs. So no wire of a pair can be forgotten, and a conserved flow (current, mass, heat) is neither lost
 //! nor created by wiring.
-use super::Part;
-use super::connect::Link;
+use super::connections::Link;
+use super::part::Part;
 use crate::plan::Via;
 use crate::ports::PortSpec;
 use crate::value::Fault;

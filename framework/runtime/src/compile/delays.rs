@@ -1,5 +1,5 @@
 //! Wires with a delay: each is a sampled part between its two ends, with its own lanes and state.
-use super::Part;
+use super::part::Part;
 use crate::block::{Block, Now, Outcome, Prototype, Wiring};
 use crate::model::{Description, Functions};
 use crate::ports::{PortKind, PortSpec};

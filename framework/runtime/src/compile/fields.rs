@@ -1,10 +1,12 @@
 //! Fields: each reader finds its own, and the imprints of its writers become wires.
-use super::Part;
 use super::host::{End, HostWire};
-use crate::field::{BINDING, imprint_port};
+use super::part::Part;
+use crate::binding::{BindSpec, BindTarget};
+use crate::field::imprint_port;
 use crate::plan::FieldPlan;
 use crate::ports::PortSpec;
-use crate::spec::{BindSpec, BindTarget, Spec};
+use crate::shown::BINDING;
+use crate::spec::Spec;
 use crate::value::{Fault, remedy};
 use std::collections::BTreeMap;
 

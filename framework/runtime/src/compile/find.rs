@@ -1,5 +1,5 @@
 //! Parts and ports by their names. The index is made once, so that a wire costs the same on a mechanism with thousands of ports.
-use super::Part;
+use super::part::Part;
 use crate::model::Description;
 use crate::ports::PortSpec;
 use crate::spec::PortRef;

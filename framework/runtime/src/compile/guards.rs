@@ -1,11 +1,12 @@
 //! Guards: those of parts in path order, then the conditions of transitions.
-use super::Part;
-use super::connect::Connections;
+use super::connections::Connections;
 use super::order::Order;
+use super::part::Part;
 use crate::condition::Condition;
-use crate::plan::{Fires, GuardPlan, Guarded, Place, Variable, Watched};
+use crate::plan::{Fires, GuardPlan, Guarded, Watched};
 use crate::ports::Direction;
 use crate::value::{Fault, Origin};
+use crate::variable::{Place, Variable};
 use std::collections::BTreeMap;
 
 /// A condition on which a phase is left.

@@ -1,10 +1,10 @@
 //! What parts bind to. A host turns bindings into ordinary wires on ports of a part of its own, so
 //! that everything after this step knows parts and wires only.
+use crate::binding::BindSpec;
 use crate::block::Prototype;
 use crate::ports::PortSpec;
 use crate::scenery::Scenery;
 use crate::services::Services;
-use crate::spec::BindSpec;
 use crate::value::{Fault, Origin};
 use std::any::Any;
 

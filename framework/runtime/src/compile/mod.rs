@@ -9,47 +9,41 @@
 mod arrivals;
 mod bindings;
 mod connect;
+mod connections;
 mod connectors;
 mod delays;
 mod fields;
 mod find;
+mod flat;
 mod guards;
 mod host;
+mod made;
 mod order;
+mod part;
 mod settings;
 mod solved;
 mod table;
 mod variables;
 
-use crate::block::{Prototype, Wiring};
+use crate::block::Wiring;
 use crate::catalogue::{Catalogue, Entry};
 use crate::files::Files;
-use crate::identity::Identity;
-use crate::made;
 use crate::model::lanes;
 use crate::noise;
 use crate::params::ReadCx;
-use crate::plan::{FieldPlan, PartPlan, Plan, Sizes};
+use crate::plan::{FieldPlan, Identity, PartPlan, Plan, Sizes};
 use crate::services::{ServiceKind, Services};
 use crate::spec::{Accuracy, PartSpec, Spec};
 use crate::time::Seconds;
 use crate::value::{Fault, Faults, Origin};
 pub(crate) use guards::{WatchedSpec, WhenSpec};
 pub use host::{Bound, End, Host, HostWire, Lowering};
+use part::Part;
 pub(crate) use solved::REPORT;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 pub(crate) use table::common_tick;
 pub use variables::known_variables;
-
-/// A part while compiling.
-pub(crate) struct Part<'a> {
-    pub spec: &'a PartSpec,
-    pub prototype: Box<dyn Prototype>,
-    pub wiring: Wiring,
-    /// Paths of the services that it asks.
-    pub asks: Vec<String>,
-}
 
 /// Compiles a specification. O(n log n) in the number of parts and wires.
 ///
@@ -145,7 +139,7 @@ pub(crate) fn compile_phase(
     let watch = guards::guards(watched, &parts, &connections, &order, &variables)
         .map_err(|f| Faults(in_file_order(f)))?;
     let links = std::mem::take(&mut connections.links);
-    let wires = connect::Connections::listing(links, &parts, &order);
+    let wires = connect::listing(links, &parts, &order);
     let integration = settings::integration(spec, &parts, &variables, sizes.x)
         .map_err(|f| Faults(in_file_order(f)))?;
     let world = (&services, files, &fields[..]);

@@ -1,12 +1,13 @@
 //! How the states are integrated, and which of their lanes follow rules of their own.
-use super::Part;
+use super::part::Part;
 use crate::model::{Description, Turning, lanes};
 use crate::pattern;
-use crate::plan::{Asked, Integration, Place, Variable};
+use crate::plan::{Asked, Integration};
 use crate::ports::PortKind;
 use crate::services::{ServiceKind, ServiceObject, Services};
 use crate::spec::Spec;
 use crate::value::{Fault, Origin};
+use crate::variable::{Place, Variable};
 use linkwork_integrate::{Control, Limits, Norm, Tolerances};
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Algebraic loops that are solved: each becomes one operation, with the wires that are sought.
-use super::Part;
-use super::connect::Connections;
-use super::order::{Flat, NONE, Variability};
+use super::connections::Connections;
+use super::flat::{Flat, NONE, Variability};
+use super::part::Part;
 use crate::plan::{Loop, Op};
 use crate::value::Fault;
 use petgraph::algo::tarjan_scc;
@@ -96,7 +96,7 @@ pub(super) fn close(
     }
     let gone = |k: usize| belongs.get(k).is_some_and(|b| *b != k as u32);
     flat.depends = depends;
-    let sequence = super::order::sort(&flat.depends).unwrap_or_default();
+    let sequence = super::flat::sort(&flat.depends).unwrap_or_default();
     let sequence = sequence.into_iter().filter(|k| !gone(*k as usize)).collect();
     Ok((sequence, loops, (lane as usize) - c.signals))
 }
@@ -131,7 +131,7 @@ pub(super) fn vary(
     parts: &[Part<'_>],
     c: &Connections,
 ) -> Result<Variability, Vec<Fault>> {
-    let each = l.ops.iter().map(|op| super::order::vary(*op, depends, known, parts));
+    let each = l.ops.iter().map(|op| super::flat::vary(*op, depends, known, parts));
     let all = each.fold(Variability::Constant, |v, w| v.join(&w));
     let sampled = l.ops.iter().find_map(|op| match op {
         Op::Outputs(k) | Op::Feedthrough(k) => {

@@ -1,6 +1,7 @@
 //! Rates: the common tick, and the static table of what is due when.
-use super::Part;
-use super::order::{Order, Variability};
+use super::flat::Variability;
+use super::order::Order;
+use super::part::Part;
 use crate::plan::{FieldPlan, Row, TickWork};
 use crate::spec::Spec;
 use crate::time::Seconds;

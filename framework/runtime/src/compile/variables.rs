@@ -1,13 +1,14 @@
 //! Every variable by path: `<part>.<port>`, `<part>.state.<name>`, `<body>.angle`.
-use super::Part;
-use super::connect::Connections;
+use super::connections::Connections;
+use super::part::Part;
 use crate::Catalogue;
 use crate::block::Named;
 use crate::files::Files;
 use crate::model::Description;
-use crate::plan::{Loop, Place, Role, Variable};
+use crate::plan::Loop;
 use crate::ports::{PortKind, PortSpec, Text};
 use crate::spec::Spec;
+use crate::variable::{Place, Role, Variable};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -11,9 +11,9 @@
 //! Impulses of contact, masses that change, prescribed gaps of loops and machines that move by kinematics are not counted: their energy is the
 //! residual.
 use super::block::{MechanismBlock, NEVER};
+use super::frame::Frame;
 use super::plan::MechanismPlan;
-use super::ports::Frame;
-use crate::balance::{Account, OwnAccount, OwnAccounts, Quantity};
+use crate::account::{Account, OwnAccount, OwnAccounts, Quantity};
 use crate::block::Now;
 use linkwork_dynamics::{center_of_mass, kinetic_energy};
 use linkwork_spatial::Vec3;

@@ -1,6 +1,6 @@
 //! A wheel is bound to a node whose axle is meant to be that of the hinge it turns on.
 #![allow(non_snake_case)]
-use super::ports::Frame;
+use super::frame::Frame;
 use crate::compile::{Bound, Lowering};
 use crate::value::Fault;
 use linkwork_multibody::{Multibody, SubhingeKind};

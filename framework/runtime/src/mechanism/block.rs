@@ -1,12 +1,12 @@
 //! The mechanism's operations, with its work space.
-use super::jacobian::ForwardJacobian;
+use super::forward_jacobian::ForwardJacobian;
+use super::frame::Frame;
 use super::plan::MechanismPlan;
-use super::ports::Frame;
-use super::rolling::Rolls;
+use super::rolls::Rolls;
 use super::touch;
 use crate::block::{Block, Evaluation, Failure, Now, Outcome, Wiring, copy_into};
+use crate::error::BuildError;
 use crate::jacobian::{Jacobian, Operation};
-use crate::model::BuildError;
 use crate::ports::{Lane, NodeState};
 use linkwork_dynamics::{
     HingeLoads, Tree, Workspace, forward_dynamics_given_kinematics, kinematics,
@@ -136,7 +136,7 @@ impl MechanismBlock {
         let bodies = touch::LANES * self.plan.touched.len();
         let pairs = contact + self.plan.contact_reports().len() + bodies;
         let hinges = pairs + touch::LANES * self.plan.pairs.len();
-        [rates, reports, contact, pairs, hinges + super::loads::lanes(&self.plan)]
+        [rates, reports, contact, pairs, hinges + self.plan.load_lanes()]
     }
 
     /// Kinematics of this evaluation, once.

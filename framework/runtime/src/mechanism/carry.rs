@@ -1,25 +1,20 @@
 //! The mechanism's state in a move between plans: poses and motion stay, momentum is booked.
 use super::gaps::Gaps;
-use super::plan::{MechanismPart, MechanismPlan};
-use crate::block::{Carried, Failure, OldState, Prototype};
+use super::plan::MechanismPlan;
+use crate::block::{Carried, Failure, OldState};
 use linkwork_dynamics::topology::{self, Report};
 use linkwork_dynamics::{Tree, Workspace};
 use linkwork_multibody::Multibody;
 use linkwork_solvers::{ConstrainedSolver, ConstraintMethod, Projector};
-use std::any::Any;
 use std::borrow::Cow;
 use std::sync::Arc;
 
 pub(super) fn carry(
     new: &MechanismPlan,
-    old: &dyn Prototype,
+    old: &MechanismPlan,
     old_state: OldState<'_>,
     to: &mut [f64],
 ) -> Result<Carried, Box<Failure>> {
-    let any: &dyn Any = old;
-    let Some(old) = any.downcast_ref::<MechanismPart>().map(|p| &*p.plan) else {
-        return Ok(Carried::New);
-    };
     let from = old_state.x;
     if old.fingerprint() == new.fingerprint() {
         to.copy_from_slice(from);

@@ -10,47 +10,14 @@
 //! that depends on place has all of it; the others leave these columns to differences.
 #![allow(non_snake_case)]
 use super::block::MechanismBlock;
-use super::ports::Frame;
+use super::forward_jacobian::ForwardJacobian;
+use super::frame::Frame;
 use crate::block::{Failure, Now, Outcome};
 use crate::jacobian::Jacobian;
 use crate::ports::{Lane, VehicleMass};
-use linkwork_dynamics::{Derivatives, ForwardDerivatives, Tree, body_jacobian, node_jacobian};
-use linkwork_spatial::nalgebra::{DMatrix, Vector6};
+use linkwork_dynamics::{ForwardDerivatives, body_jacobian, node_jacobian};
+use linkwork_spatial::nalgebra::Vector6;
 use linkwork_spatial::{Force, Vec3};
-
-/// Work space.
-pub(super) struct ForwardJacobian {
-    /// `None`: bodies bend, and the kernels have none.
-    derivatives: Option<Derivatives>,
-    /// ∂v̇/∂q along v, ∂v̇/∂v, ∂v̇/∂τ: nv × nv, row by row.
-    by_q: Vec<f64>,
-    by_v: Vec<f64>,
-    by_tau: Vec<f64>,
-    /// Of a frame, 6 × nv, row by row.
-    J: Vec<f64>,
-    /// M⁻¹ Jᵀ, nv × 6.
-    response: DMatrix<f64>,
-    unit: Vec<f64>,
-    rate: Vec<f64>,
-}
-
-impl ForwardJacobian {
-    pub fn new(tree: &Tree, nq: usize) -> Self {
-        let nv = tree.nv();
-        let rigid = !tree.is_flexible();
-        let square = vec![0.0; if rigid { nv * nv } else { 0 }];
-        ForwardJacobian {
-            derivatives: rigid.then(|| Derivatives::new(tree)),
-            by_q: square.clone(),
-            by_v: square.clone(),
-            by_tau: square,
-            J: vec![0.0; 6 * nv],
-            response: DMatrix::zeros(nv, 6),
-            unit: vec![0.0; nv],
-            rate: vec![0.0; nq],
-        }
-    }
-}
 
 impl MechanismBlock {
     /// Whether the kernels have all derivatives of `feedthrough`.

@@ -7,26 +7,14 @@
 //! They follow from the accelerations of the same instant and all forces on the bodies outboard of the hinge, forces of loops and
 //! contacts among them. In a simulation with contact they are means over the last step, and zero before the first step.
 use super::block::MechanismBlock;
-use super::plan::MechanismPlan;
 use super::ports::MechanismPorts;
+use super::reaction::{LANES, Reaction};
 use super::spec::MechanismSpec;
+use crate::binding::BindTarget;
 use crate::compile::{Bound, Lowering};
 use crate::ports::PortKind;
-use crate::spec::BindTarget;
 use crate::value::Fault;
 use linkwork_multibody::BodyId;
-use std::ops::Range;
-
-/// Signal lanes of force and moment.
-pub(super) const LANES: usize = 6;
-
-/// The hinge of a body whose load is computed.
-#[derive(Clone, Debug)]
-pub(super) struct Reaction {
-    pub body: BodyId,
-    /// Places in β with an effort; none where a locked hinge stands as a coordinate that never moves.
-    pub effort: Range<usize>,
-}
 
 impl MechanismSpec {
     /// Hinges whose load the file or a part asks for, in the order of their bodies.
@@ -85,43 +73,6 @@ impl MechanismSpec {
             }
         }
     }
-}
-
-/// Names, units and meaning of the lanes of all hinges.
-pub(super) fn names(plan: &MechanismPlan) -> Vec<(String, &'static str, String)> {
-    let mut out = Vec::new();
-    for r in &plan.loads {
-        let body = plan.multibody.get(r.body);
-        let name = body.name();
-        let force = "Force on the body through its hinge, axes of the hinge's frame on the body.";
-        let moment = "Moment on the body through its hinge about the origin of the hinge's frame on the body, its axes.";
-        for (stem, unit, doc) in [("force", "N", force), ("moment", "N m", moment)] {
-            let axes = ["x", "y", "z"];
-            out.extend(axes.map(|c| (format!("{name}.reaction_{stem}.{c}"), unit, doc.to_owned())));
-        }
-        for (i, v) in r.effort.clone().enumerate() {
-            let tag = if r.effort.len() > 1 { format!("[{i}]") } else { String::new() };
-            let doc = "Force or torque at the coordinate: all that drives it, or what its prescribed motion takes.";
-            out.push((format!("{name}.effort{tag}"), effort_unit(plan, v), doc.to_owned()));
-        }
-    }
-    out
-}
-
-fn effort_unit(plan: &MechanismPlan, v: usize) -> &'static str {
-    let sub = plan.multibody.subhinges().find(|(_, s)| s.v.contains(&v));
-    let Some((_, s)) = sub else { return "" };
-    use linkwork_multibody::SubhingeKind::{Free, Slider};
-    match s.subhinge.kind {
-        Slider { .. } => "N",
-        Free if v >= s.v.start + 3 => "N",
-        _ => "N m",
-    }
-}
-
-/// Number of lanes of all hinges.
-pub(super) fn lanes(plan: &MechanismPlan) -> usize {
-    plan.loads.iter().map(|r| LANES + r.effort.len()).sum()
 }
 
 impl MechanismBlock {

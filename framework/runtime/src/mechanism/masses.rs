@@ -1,5 +1,6 @@
 //! Masses that change while the run goes on: a body's own inertia, and what wires add to it.
-use super::ports::{Frame, MechanismPorts};
+use super::frame::Frame;
+use super::ports::MechanismPorts;
 use crate::ports::BodyMass;
 use linkwork_multibody::{BodyId, Multibody};
 use linkwork_spatial::{Mat3, Pose, RigidInertia, Vec3};

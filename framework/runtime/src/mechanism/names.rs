@@ -1,7 +1,8 @@
 //! The variables of a mechanism, named by their body: `<body>.angle`, `<body>.rate`.
 use super::plan::MechanismPlan;
 use crate::block::{Named, Wiring};
-use crate::plan::{Place, Role};
+use crate::variable::{Place, Role};
+use linkwork_multibody::BodyId;
 use linkwork_multibody::{Body, SubhingeKind};
 use std::sync::Arc;
 
@@ -177,5 +178,72 @@ fn loop_motions(all: &mut Vec<Named>, m: &MechanismPlan, w: &Wiring) {
                 "How far apart row k of the loop holds its ends (rad or m), and its rate.",
             );
         }
+    }
+}
+
+/// Names, units and meaning of the lanes of all bodies.
+pub(super) fn touch_names(
+    plan: &MechanismPlan,
+) -> impl Iterator<Item = (String, &'static str, String)> {
+    let lane = |body: &str, stem: &str, unit, doc: &str| {
+        ["x", "y", "z"].map(|c| (format!("{body}.{stem}.{c}"), unit, doc.to_owned()))
+    };
+    plan.touched.iter().flat_map(move |id| {
+        let body = plan.multibody.get(*id).name();
+        let force = "Force on the body where its colliders touch others, W.";
+        let point = "Where that force acts, weighted by normal forces, W; the body's origin when nothing touches.";
+        let force = lane(body, "contact_force", "N", force);
+        force.into_iter().chain(lane(body, "contact_point", "m", point))
+    })
+}
+
+/// Names, units and meaning of the lanes of all pairs.
+pub(super) fn pair_names(
+    plan: &MechanismPlan,
+) -> impl Iterator<Item = (String, &'static str, String)> {
+    plan.pairs.iter().flat_map(|pair| {
+        let name = |b: BodyId| plan.multibody.get(b).name();
+        let (of, from) = (name(pair.of), pair.from.map_or("world", name));
+        let lanes = [
+            ("force", "N", "Force on the first body from the second where they touch, W."),
+            ("point", "m", "Where that force acts, weighted by normal forces, W; the first body's origin when they do not touch."),
+        ];
+        lanes.into_iter().flat_map(move |(stem, unit, doc)| {
+            ["x", "y", "z"].map(|c| {
+                (format!("{of}.contact_with.{from}.{stem}.{c}"), unit, doc.to_owned())
+            })
+        })
+    })
+}
+
+/// Names, units and meaning of the lanes of all hinges.
+pub(super) fn load_names(plan: &MechanismPlan) -> Vec<(String, &'static str, String)> {
+    let mut out = Vec::new();
+    for r in &plan.loads {
+        let body = plan.multibody.get(r.body);
+        let name = body.name();
+        let force = "Force on the body through its hinge, axes of the hinge's frame on the body.";
+        let moment = "Moment on the body through its hinge about the origin of the hinge's frame on the body, its axes.";
+        for (stem, unit, doc) in [("force", "N", force), ("moment", "N m", moment)] {
+            let axes = ["x", "y", "z"];
+            out.extend(axes.map(|c| (format!("{name}.reaction_{stem}.{c}"), unit, doc.to_owned())));
+        }
+        for (i, v) in r.effort.clone().enumerate() {
+            let tag = if r.effort.len() > 1 { format!("[{i}]") } else { String::new() };
+            let doc = "Force or torque at the coordinate: all that drives it, or what its prescribed motion takes.";
+            out.push((format!("{name}.effort{tag}"), effort_unit(plan, v), doc.to_owned()));
+        }
+    }
+    out
+}
+
+fn effort_unit(plan: &MechanismPlan, v: usize) -> &'static str {
+    let sub = plan.multibody.subhinges().find(|(_, s)| s.v.contains(&v));
+    let Some((_, s)) = sub else { return "" };
+    use linkwork_multibody::SubhingeKind::{Free, Slider};
+    match s.subhinge.kind {
+        Slider { .. } => "N",
+        Free if v >= s.v.start + 3 => "N",
+        _ => "N m",
     }
 }

@@ -1,30 +1,12 @@
 //! The ports of a mechanism: those that bindings ask for, and no others.
+use super::frame::Frame;
+use crate::binding::BindTarget;
 use crate::compile::{Bound, HostWire, Lowering};
 use crate::model::Description;
 use crate::ports::{Lane, PortKind, PortSpec, Traction, VehicleMass};
-use crate::spec::BindTarget;
 use crate::value::{Fault, remedy};
-use linkwork_multibody::{BodyId, Coordinate, Multibody, NodeId, Subhinge, SubhingeKind};
+use linkwork_multibody::{BodyId, Coordinate, Multibody, Subhinge, SubhingeKind};
 use std::collections::BTreeSet;
-
-/// A frame that carries ports: a node, or a body's own origin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Frame {
-    /// A named node.
-    Node(NodeId),
-    /// A body's origin.
-    Body(BodyId),
-}
-
-impl Frame {
-    /// The body that carries it.
-    pub(super) fn body(self, mb: &Multibody) -> BodyId {
-        match self {
-            Frame::Node(n) => mb.nodes()[n.index()].body(),
-            Frame::Body(b) => b,
-        }
-    }
-}
 
 /// What is read from the mechanism and put into it, each list in the order of its lanes.
 #[derive(Clone, Debug, Default)]

@@ -4,43 +4,13 @@
 //! Axles and steering are prescribed hinges; what the wires bring to other hinges and nodes (springs, loads of an arm) counts for
 //! what the wheels carry, and moves nothing. Accelerations are means of the step.
 use super::block::{MechanismBlock, NEVER};
-use super::plan::MechanismPlan;
+use super::rolls::Rolls;
 use super::touch;
 use crate::block::{Failure, Now, Outcome};
 use crate::ports::{self, Lane};
-use crate::services::Terrain;
 use linkwork_dynamics::{inverse_dynamics_given_kinematics, kinematics};
-use linkwork_multibody::BodyId;
-use linkwork_solvers::{PairLoad, Rolling, Traction};
+use linkwork_solvers::{PairLoad, Traction};
 use linkwork_spatial::Vec3;
-use std::sync::Arc;
-
-/// The machines that roll, with work space.
-pub(super) struct Rolls {
-    rolling: Rolling,
-    terrain: Arc<dyn Terrain>,
-    still: Vec<f64>,
-    hold: Vec<f64>,
-    before: Vec<f64>,
-    /// Of each wheel: where its traction lies among those of the ports; none where machines roll.
-    wheels: Vec<usize>,
-    tractions: Vec<Traction>,
-}
-
-impl Rolls {
-    /// Of a plan that has any.
-    pub fn of(plan: &MechanismPlan) -> Option<Self> {
-        let (rolling, terrain) = plan.rolling.clone()?;
-        let zeros = vec![0.0; plan.multibody.nv()];
-        let (hold, before) = (zeros.clone(), zeros.clone());
-        let given = &plan.ports.tractions;
-        let place = |w: &(BodyId, f64)| given.iter().position(|b| *b == w.0);
-        let wheels: Vec<usize> =
-            rolling.vehicles().flat_map(|v| &v.wheels).filter_map(place).collect();
-        let tractions = vec![Traction::default(); wheels.len()];
-        Some(Rolls { rolling, terrain, still: zeros, hold, before, wheels, tractions })
-    }
-}
 
 impl MechanismBlock {
     /// A step of `h` s.

@@ -1,6 +1,4 @@
 //! What contact does to each body: the sum of the forces on its colliders, and where it acts.
-use super::plan::MechanismPlan;
-use super::spec::MechanismSpec;
 use linkwork_collision::{ColliderId, Colliders, SurfaceVelocities};
 use linkwork_multibody::BodyId;
 use linkwork_solvers::{CompliantContact, ContactStepper, PairLoad};
@@ -39,53 +37,11 @@ pub(super) fn surfaces<'a>(
     }
 }
 
-/// Names, units and meaning of the lanes of all bodies.
-pub(super) fn names(plan: &MechanismPlan) -> impl Iterator<Item = (String, &'static str, String)> {
-    let lane = |body: &str, stem: &str, unit, doc: &str| {
-        ["x", "y", "z"].map(|c| (format!("{body}.{stem}.{c}"), unit, doc.to_owned()))
-    };
-    plan.touched.iter().flat_map(move |id| {
-        let body = plan.multibody.get(*id).name();
-        let force = "Force on the body where its colliders touch others, W.";
-        let point = "Where that force acts, weighted by normal forces, W; the body's origin when nothing touches.";
-        let force = lane(body, "contact_force", "N", force);
-        force.into_iter().chain(lane(body, "contact_point", "m", point))
-    })
-}
-
 /// A pair of bodies: force on the first from the second, or from the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pair {
-    of: BodyId,
-    from: Option<BodyId>,
-}
-
-impl MechanismSpec {
-    /// The pairs of bodies whose force is reported, in the order of the file.
-    pub(super) fn pairs(&self) -> Vec<Pair> {
-        let body = |name: &str| self.multibody.body(name);
-        let pair = |[of, from]: &[String; 2]| Some(Pair { of: body(of)?, from: body(from) });
-        self.pair_forces.iter().filter_map(pair).collect()
-    }
-}
-
-/// Names, units and meaning of the lanes of all pairs.
-pub(super) fn pair_names(
-    plan: &MechanismPlan,
-) -> impl Iterator<Item = (String, &'static str, String)> {
-    plan.pairs.iter().flat_map(|pair| {
-        let name = |b: BodyId| plan.multibody.get(b).name();
-        let (of, from) = (name(pair.of), pair.from.map_or("world", name));
-        let lanes = [
-            ("force", "N", "Force on the first body from the second where they touch, W."),
-            ("point", "m", "Where that force acts, weighted by normal forces, W; the first body's origin when they do not touch."),
-        ];
-        lanes.into_iter().flat_map(move |(stem, unit, doc)| {
-            ["x", "y", "z"].map(|c| {
-                (format!("{of}.contact_with.{from}.{stem}.{c}"), unit, doc.to_owned())
-            })
-        })
-    })
+    pub of: BodyId,
+    pub from: Option<BodyId>,
 }
 
 /// Sums loads into the lanes of pairs of bodies.

@@ -6,7 +6,7 @@
 //! ```
 //! Bodies that only a loop joins to them are not part of the vehicle.
 use super::block::MechanismBlock;
-use super::ports::Frame;
+use super::frame::Frame;
 use crate::ports::{Lane, VehicleMass};
 use linkwork_multibody::{BodyId, Multibody};
 use linkwork_spatial::RigidInertia;

@@ -1,6 +1,6 @@
 //! Variables that are no numbers, and states that ran away.
 use super::{RunError, Simulation, State};
-use crate::plan::{Place, Role, Variable};
+use crate::variable::{Place, Role, Variable};
 
 /// Beyond this magnitude a continuous state is a runaway.
 const RUNAWAY: f64 = 1e15;

@@ -1,34 +1,14 @@
 //! The start of a run: the first state, the first evaluation, and the events and the work of tick 0.
-use super::evaluate::{self, Stopped};
-use super::{GuardState, Simulation, State, Work, blocks_of, notices};
+use super::evaluate;
+use super::reports::Notices;
+use super::simulation::initial;
+use super::stopped::Stopped;
+use super::{GuardState, Simulation, State, Work};
 use crate::block::Evaluation;
+use crate::plan::blocks_of;
 use crate::plan::{Fires, Plan};
 use crate::program::Program;
 use std::sync::Arc;
-
-/// The state of a plan before the first evaluation.
-pub(crate) fn initial(plan: &Plan) -> State {
-    let mut state = State {
-        tick: plan.table.first().map_or(0, |r| r.at),
-        x: vec![0.0; plan.sizes.x],
-        d: vec![0.0; plan.sizes.d],
-        sig: vec![0.0; plan.sizes.sig],
-        guards: vec![GuardState::default(); plan.guards.len()],
-        entered: vec![0.0],
-        ..State::default()
-    };
-    for part in &plan.parts {
-        let (w, n) = (&part.wiring, part.lanes());
-        part.prototype.initial(&mut state.x[w.x..w.x + n.x], &mut state.d[w.d..w.d + n.d]);
-    }
-    if let Some(rest) = &plan.rest {
-        state.x.copy_from_slice(&rest.x);
-    }
-    for &(lane, value) in &plan.constants {
-        state.sig[lane as usize] = value;
-    }
-    state
-}
 
 impl Simulation {
     /// A run of one plan, at time zero, with the work of tick 0 done. [`Simulation::check`] and the first step return
@@ -45,7 +25,7 @@ impl Simulation {
         state.entered[0] = 0.0;
         let (moved, broken) = (Vec::new(), None);
         let (profile, interrupt) = (None, None);
-        let notices = notices::Notices::default();
+        let notices = Notices::default();
         let observed = None;
         #[rustfmt::skip]
         let mut sim = Simulation {

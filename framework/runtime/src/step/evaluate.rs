@@ -1,53 +1,14 @@
 //! Evaluations: operations in their order, derivatives, and what an integrator sees of them.
-use super::linearise::Linear;
-use super::pins::Pins;
-use super::{GuardState, solve, turning};
-use crate::block::{Block, Evaluation, Failure, Now, Outcome};
+use super::linear::Linear;
+use super::operation::run;
+use super::pinned::Pins;
+use super::stopped::{Stopped, of};
+use super::{GuardState, turning};
+use crate::block::{Block, Evaluation, Now, Outcome};
 use crate::condition::Times;
 use crate::plan::{Op, Plan};
 use linkwork_integrate::{At, System};
 use std::ops::Range;
-
-/// Why an evaluation failed: the block and its message.
-#[derive(Clone, Debug)]
-pub(super) struct Stopped {
-    pub block: u32,
-    pub failure: Box<Failure>,
-}
-
-fn of(block: u32) -> impl Fn(Box<Failure>) -> Stopped {
-    move |failure| Stopped { block, failure }
-}
-
-/// One operation.
-#[inline(always)]
-pub(super) fn run(
-    blocks: &mut [Box<dyn Block>],
-    plan: &Plan,
-    op: Op,
-    now: &Now,
-    x: &[f64],
-    d: &[f64],
-    sig: &mut [f64],
-) -> Result<(), Stopped> {
-    match op {
-        Op::Outputs(k) => blocks[k as usize].outputs(now, x, d, sig).map_err(of(k)),
-        Op::Feedthrough(k) => blocks[k as usize].feedthrough(now, x, d, sig).map_err(of(k)),
-        Op::Sum(j) => {
-            let sum = &plan.sums[j as usize];
-            let (dst, n) = (sum.dst as usize, sum.lanes as usize);
-            for k in 0..n {
-                let mut total = 0.0;
-                for source in sum.sources[k..].iter().step_by(n) {
-                    total += sig[*source as usize];
-                }
-                sig[dst + k] = total;
-            }
-            Ok(())
-        }
-        Op::Loop(j) => solve::solve(blocks, plan, &plan.loops[j as usize], now, (x, d, sig)),
-    }
-}
 
 /// Operations by their indices, in order; each is followed by the pins on what it writes.
 #[inline]

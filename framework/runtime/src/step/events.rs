@@ -9,8 +9,9 @@
 //! ```
 //! A guard with a direction is a level: it is due at the start of the run, or of the phase that brings its part, where it has
 //! reached zero there. Later it is due where it reaches zero coming from its other side. Conditions of transitions are due as soon as they hold.
-use super::evaluate::{self, Running, Stopped};
-use super::integrate::Purpose;
+use super::evaluate::{self, Running};
+use super::simulation::Purpose;
+use super::stopped::Stopped;
 use super::{GuardState, Simulation, State};
 use crate::block::{Evaluation, Failure, Now};
 use crate::model::Fired;

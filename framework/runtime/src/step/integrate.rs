@@ -1,12 +1,15 @@
 //! From an instant towards the next row: steps of the integrator, and of blocks that advance by
 //! themselves. A guard that reaches its threshold within a step ends the step there.
-use super::evaluate::{self, Running, Stopped};
-use super::pins::Pins;
+use super::evaluate::{self, Running};
+use super::pinned::Pins;
+use super::simulation::Purpose;
+use super::stopped::Stopped;
 use super::{RunError, Simulation, State, Stop};
 use super::{observe, turning};
 use crate::block::{Evaluation, Now};
-use crate::plan::{Place, Plan};
+use crate::plan::Plan;
 use crate::value::{Fault, Origin};
+use crate::variable::Place;
 use linkwork_integrate::Failure;
 
 /// Steps and events one after another that do not advance a run, beyond which it ends.
@@ -365,15 +368,4 @@ fn end_of_step(plan: &Plan, pins: Option<&Pins>, start: &[f64], x: &mut [f64]) {
     if let Some(pins) = pins {
         pins.states(x);
     }
-}
-
-/// What a state within a step is for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Purpose {
-    /// To look at the guards there.
-    Look,
-    /// To look at them where a step that ends there comes to.
-    Again,
-    /// To go on from there.
-    Event,
 }

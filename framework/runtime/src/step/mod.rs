@@ -11,28 +11,34 @@ mod begin;
 mod evaluate;
 mod events;
 mod integrate;
+mod linear;
 mod linearise;
 mod moves;
 mod notices;
 mod observe;
+mod observed;
+mod operation;
+mod pinned;
 mod pins;
 mod profile;
+mod reports;
 mod sampled;
 mod settle;
-mod solve;
+mod simulation;
 mod startup_warnings;
 mod state;
 mod stiffness;
+mod stopped;
 mod turning;
 mod variables;
 
-pub(crate) use begin::initial;
-pub use moves::MoveReport;
-pub(crate) use moves::Route;
-pub use notices::Notice;
-pub use observe::{Observer, Stretch, Wanted};
+use crate::plan::blocks_of;
+pub use observed::Wanted;
 pub use profile::{Profile, Spent};
+pub use reports::{MoveReport, Notice};
 pub(crate) use settle::{Machine, settle};
+pub use simulation::{Observer, RunError, Simulation, Stop, Stretch, VariableError};
+pub(crate) use simulation::{Work, initial, show};
 pub use state::{GuardState, State};
 
 use crate::block::{Block, Evaluation, Now};
@@ -40,139 +46,10 @@ use crate::condition::{Condition, Times};
 use crate::plan::{FieldPlan, Fires, Plan};
 use crate::program::Program;
 use crate::time::Seconds;
-use evaluate::Stopped;
-use linearise::Linear;
-use linkwork_integrate::{Integrator, Method};
+use reports::Notices;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// A run that cannot go on. The state is that of the instant before, or of the bad row.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "t = {time} s: {message}{}",
-    .help.as_ref().map_or_else(String::new, |help| format!("\n  help: {help}"))
-)]
-pub struct RunError {
-    /// Simulated time (s).
-    pub time: f64,
-    /// The part or variable that it is about.
-    pub path: String,
-    /// What happened.
-    pub message: String,
-    /// What to do about it.
-    pub help: Option<String>,
-}
-
-/// A variable cannot be read or set.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{message}\n  help: {help}")]
-pub struct VariableError {
-    /// What is wrong.
-    pub message: String,
-    /// What to do about it.
-    pub help: String,
-}
-
-/// Where a run stands after [`Simulation::step_event`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
-    /// At a row of the table, with its work done.
-    Row,
-    /// At an event, with what one part or transition fired done.
-    Event,
-    /// At the instant from which this condition that the run watches holds: its place among [`crate::PhaseSpec::watches`].
-    Watched(u32),
-    /// Between two rows, where [`Simulation::interrupt_by`] asked it to stop.
-    Interrupted,
-}
-
-/// A run of a program.
-pub struct Simulation {
-    program: Arc<Program>,
-    plan: Arc<Plan>,
-    pub(crate) state: State,
-    pub(crate) blocks: Vec<Box<dyn Block>>,
-    work: Work,
-    /// Transitions since they were asked for last: time (s), what, and what went over.
-    moved: Vec<(f64, String, MoveReport)>,
-    /// What parts and services told.
-    notices: notices::Notices,
-    /// Why the work of tick 0 could not be done, or what a part says that cannot begin here.
-    broken: Option<Box<RunError>>,
-    /// Where its time goes, when that is asked for.
-    profile: Option<Profile>,
-    /// Whose values over time somebody takes.
-    observed: Option<Box<observe::Observed>>,
-    /// Asks it to stop between two steps.
-    interrupt: Option<Arc<AtomicBool>>,
-}
-
-/// Storage made once for a plan. No result depends on what a step leaves in it: a checkpoint does without.
-pub(crate) struct Work {
-    /// Counts evaluations.
-    number: u64,
-    xdot: Vec<f64>,
-    integrator: Integrator,
-    /// For methods that want derivatives by the state.
-    linear: Option<Box<Linear>>,
-    /// A state within a step.
-    inside: Vec<f64>,
-    /// Where bodies turn freely: the state at the start of a step, and that of a stage in body axes.
-    start: Vec<f64>,
-    stage: Vec<f64>,
-    /// The state at the start of a step that may have to be done again.
-    before: State,
-    stores: Vec<Option<Box<dyn std::any::Any + Send>>>,
-    /// Over what blocks that advance by themselves did so last: time after the tick at its start, length (s).
-    advanced: (f64, f64),
-    /// Guards at the end of a step, and within.
-    end: Vec<f64>,
-    middle: Vec<f64>,
-    /// Which guards of a part fire, and which way they went.
-    ways: Vec<i8>,
-    /// Steps and events in a row of which none advanced the run by a billionth of a row.
-    tiny: u32,
-    /// The guard that fired last.
-    last: Option<u32>,
-    /// Of `Plan::asked`: which have nothing to tell any more.
-    silent: Vec<bool>,
-}
-
-impl Work {
-    pub(crate) fn new(plan: &Plan) -> Work {
-        let (n, guards) = (plan.sizes.x, plan.guards.len());
-        Work {
-            number: 0,
-            xdot: vec![0.0; n],
-            integrator: Integrator::new(plan.integration.method, n),
-            linear: (matches!(plan.integration.method, Method::Rosenbrock(_))
-                && Linear::size(plan) <= Linear::SIZE_MAX)
-                .then(|| Box::new(Linear::new(plan))),
-            inside: vec![0.0; n],
-            start: vec![0.0; if turning::of(plan).is_empty() { 0 } else { n }],
-            stage: vec![0.0; if turning::of(plan).is_empty() { 0 } else { n }],
-            before: State::default(),
-            stores: plan.steps.iter().map(|_| None).collect(),
-            advanced: (0.0, 0.0),
-            end: vec![0.0; guards],
-            middle: vec![0.0; guards],
-            ways: vec![0; plan.guarded.iter().map(|g| g.count as usize).max().unwrap_or(0)],
-            tiny: 0,
-            last: None,
-            silent: vec![false; plan.asked.len()],
-        }
-    }
-}
-
-/// Hands a field to its readers.
-pub(crate) fn show(blocks: &mut [Box<dyn Block>], field: &FieldPlan) {
-    let shown = blocks[field.block as usize].shown();
-    field.readers.iter().for_each(|&r| blocks[r as usize].see(shown.as_ref()));
-}
-
-pub(crate) fn blocks_of(plan: &Plan) -> Vec<Box<dyn Block>> {
-    plan.parts.iter().map(|p| p.prototype.block(p.wiring.clone())).collect()
-}
+use stopped::Stopped;
 
 impl Simulation {
     /// What the field at a path shows at present; `None` when the phase has no such field, or one of other data.
@@ -194,7 +71,7 @@ impl Simulation {
     }
 
     /// What a field shows: that of a part, by its place in the plan.
-    pub(crate) fn shown(&self, block: u32) -> Option<crate::field::Shown> {
+    pub(crate) fn shown(&self, block: u32) -> Option<crate::shown::Shown> {
         self.blocks.get(block as usize)?.shown()
     }
 
@@ -501,7 +378,7 @@ impl Simulation {
             blocks: self.blocks.iter().map(|b| b.fork()).collect(),
             work,
             moved: Vec::new(),
-            notices: notices::Notices::default(),
+            notices: Notices::default(),
             broken: self.broken.clone(),
             profile: None,
             observed: None,
@@ -537,6 +414,28 @@ impl Simulation {
             self.state = State { phase, entered, ..initial(&self.plan) };
             let number = self.work.number + 1;
             self.work = Work { number, ..Work::new(&self.plan) };
+        }
+    }
+}
+
+impl Simulation {
+    /// Looks at the clock at every operation of every part from now on, which costs a run some of its speed and none of
+    /// its bits. Forks of the run are not looked at.
+    pub fn profile(&mut self) -> Profile {
+        if self.profile.is_none() {
+            let profile = Profile::default();
+            let blocks = std::mem::take(&mut self.blocks);
+            self.blocks = profile.around(&self.plan, blocks);
+            self.profile = Some(profile);
+        }
+        self.profile.clone().unwrap_or_default()
+    }
+
+    /// New blocks for this run in another phase or program.
+    pub(super) fn new_blocks(&self, plan: &Plan) -> Vec<Box<dyn Block>> {
+        match &self.profile {
+            Some(profile) => profile.blocks(plan),
+            None => blocks_of(plan),
         }
     }
 }

@@ -1,74 +1,17 @@
 //! Moves between plans: the state goes over by path. What both plans have goes on; what only the new
 //! one has starts anew; the mechanism keeps poses and motion.
-use super::evaluate::Stopped;
 use super::pins;
+use super::reports::MoveReport;
+use super::stopped::Stopped;
 use super::{GuardState, RunError, Simulation, State, Work, evaluate, initial, show};
 use crate::block::{Carried, Evaluation, Failure, Now, OldState};
-use crate::plan::{Fires, GuardPlan, Op, Place, Plan, Role};
+use crate::plan::{Fires, GuardPlan, Op, Plan};
 use crate::program::Program;
-use std::collections::{BTreeMap, BTreeSet};
+use crate::route::Route;
 use std::sync::Arc;
 
 /// Reports of transitions that are kept until somebody asks.
 const MOVES_KEPT: usize = 256;
-
-/// What a move did.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct MoveReport {
-    /// Paths of parts that went on.
-    pub kept: Vec<String>,
-    /// Paths of parts that started anew.
-    pub new: Vec<String>,
-    /// Paths of parts that are gone.
-    pub dropped: Vec<String>,
-    /// Pins that are gone: the path, and why the variable cannot be pinned now.
-    pub unpinned: Vec<(String, String)>,
-    /// What parts say of it: momentum and energy of a mechanism.
-    pub notes: Vec<String>,
-}
-
-/// Where a state goes from one plan to another, by path.
-pub(crate) struct Route {
-    /// For each part of the new plan, the one of that path in the old.
-    parts: Vec<Option<u32>>,
-    /// Held outputs and inputs that were set: lane in the new plan, lane in the old.
-    signals: Vec<(u32, u32)>,
-    /// For each guard of the new plan, the one of that name in the old that is not a condition.
-    guards: Vec<Option<u32>>,
-    /// Parts of the old plan that the new one has not.
-    gone: Vec<u32>,
-}
-
-impl Route {
-    pub fn new(from: &Plan, to: &Plan) -> Route {
-        let paths: BTreeMap<&str, u32> =
-            from.parts.iter().zip(0..).map(|(p, k)| (p.path.as_str(), k)).collect();
-        let here: BTreeSet<&str> = to.parts.iter().map(|p| p.path.as_str()).collect();
-        let kind = |g: &GuardPlan| matches!(g.fires, Fires::Watch { .. });
-        let guards = from.guards.iter().zip(0..).filter(|(g, _)| !g.level());
-        let guards: BTreeMap<(bool, &str), u32> =
-            guards.map(|(g, k)| ((kind(g), g.name.as_str()), k)).collect();
-        let same = |g: &GuardPlan| match g.level() {
-            true => None,
-            false => guards.get(&(kind(g), g.name.as_str())).copied(),
-        };
-        let mut signals = Vec::new();
-        for (path, v) in &*to.lanes {
-            let (Place::Signal(k), Role::Output | Role::Free) = (v.place, v.role) else { continue };
-            if let Some(o) = from.lanes.get(path)
-                && let (Place::Signal(j), true) = (o.place, o.role == v.role)
-            {
-                signals.push((k, j));
-            }
-        }
-        Route {
-            parts: to.parts.iter().map(|p| paths.get(p.path.as_str()).copied()).collect(),
-            signals,
-            guards: to.guards.iter().map(same).collect(),
-            gone: paths.iter().filter(|(p, _)| !here.contains(*p)).map(|(_, k)| *k).collect(),
-        }
-    }
-}
 
 impl Simulation {
     /// Moves the run to another plan, at this instant. The program is then that plan alone.

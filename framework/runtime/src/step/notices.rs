@@ -1,37 +1,14 @@
 //! What parts and services tell in the middle of a run. What is allowed and probably not meant is told once, and the run goes on;
 //! what stops it is its error, with the same words: at a guard before that fires, at the start of a run or a phase before a step.
-use super::evaluate::Stopped;
+use super::reports::Notice;
+use super::stopped::Stopped;
 use super::{RunError, Simulation};
 use crate::block::{Evaluation, Failure};
-use crate::model::{BuildError, Fired};
+use crate::error::BuildError;
+use crate::model::Fired;
 use crate::plan::Plan;
 use crate::value::Fault;
 use linkwork_spatial::Vec3;
-use std::collections::BTreeSet;
-
-/// Notices that are kept until somebody asks.
-const KEPT: usize = 256;
-
-/// A notice: simulated time (s), and what there is to be said, with the place of the part in its file.
-pub type Notice = (f64, Fault);
-
-/// What was told, and what nobody has asked for yet.
-#[derive(Default)]
-pub(crate) struct Notices {
-    kept: Vec<Notice>,
-    /// Guards by name, services by path.
-    told: BTreeSet<String>,
-}
-
-impl Notices {
-    /// Once for each `name`.
-    pub(super) fn add(&mut self, name: &str, time: f64, fault: Fault) {
-        // Nobody may ever ask: what comes then is not kept.
-        if self.told.insert(name.to_string()) && self.kept.len() < KEPT {
-            self.kept.push((time, fault));
-        }
-    }
-}
 
 impl Simulation {
     /// What was told since this was asked last: a parachute that is commanded twice, air that is asked for beyond its table.

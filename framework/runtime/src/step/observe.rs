@@ -11,98 +11,15 @@
 //! and events.
 //! Observing a run does not change it: the signals are restored before `observe_step` returns.
 use super::evaluate;
-use super::integrate::Purpose;
+use super::observed::{Columns, Lane, Wanted};
+use super::simulation::Purpose;
+use super::simulation::{Observed, Observer, Stretch};
 use super::{Simulation, State};
 use crate::block::{Evaluation, Now};
 use crate::condition::Times;
-use crate::plan::{Place, Plan};
+use crate::plan::Plan;
 use linkwork_integrate::Method;
 use std::any::Any;
-
-/// The variables that an observer takes; the values that it gets are in this order.
-#[derive(Clone, Debug, Default)]
-pub struct Wanted {
-    /// At the ends of every step, and inside.
-    pub places: Vec<Place>,
-    /// At rows and events; at other ends of steps, and inside, where steps are adaptive.
-    pub sparing: Vec<Place>,
-    /// Parts whose accounts ([`crate::Block::accounts`]) are taken, at rows, with the number of them.
-    pub accounts: Vec<(String, usize)>,
-}
-
-impl Wanted {
-    /// Returns the number of values.
-    pub fn width(&self) -> usize {
-        let accounts: usize = self.accounts.iter().map(|(_, n)| n).sum();
-        self.places.len() + self.sparing.len() + accounts
-    }
-}
-
-/// Takes values of chosen variables over time ([`Simulation::observe`]).
-pub trait Observer: Any + Send {
-    /// Takes the values at an instant, after its work: once for a row, and again when a run continues after a change. A variable
-    /// that does not exist in the phase is NaN.
-    fn instant(&mut self, t: Times, values: &[f64]);
-    /// Takes the values over a stretch of time without a jump.
-    fn stretch(&mut self, over: &mut Stretch<'_>);
-}
-
-/// How the value of an observed variable varies between two instants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Lane {
-    /// The phase does not have it.
-    Absent,
-    /// It keeps its value.
-    Held(Place),
-    /// A continuous state.
-    State(u32),
-    /// A signal that follows from continuous operations.
-    Signal(u32),
-}
-
-/// The observed variables in one phase.
-struct Columns {
-    lanes: Vec<Lane>,
-    /// The continuous operations upstream of the variables that are evaluated at every end, and of all variables.
-    ops: Vec<u32>,
-    all_ops: Vec<u32>,
-    /// Blocks with accounts, the first value of each, and how many.
-    accounts: Vec<(u32, usize, usize)>,
-    /// How many are evaluated at every end.
-    often: usize,
-}
-
-/// The observer of a run, its columns in each phase, and the values that it is given.
-pub(super) struct Observed {
-    phases: Vec<Columns>,
-    observer: Box<dyn Observer>,
-    start: Vec<f64>,
-    end: Vec<f64>,
-    inner: Vec<f64>,
-    /// The signals as they were before anything was evaluated.
-    signals: Vec<f64>,
-    disturbed: bool,
-}
-
-/// A stretch of time without a jump.
-pub struct Stretch<'a> {
-    sim: &'a mut Simulation,
-    plan: &'a Plan,
-    columns: &'a Columns,
-    start: &'a [f64],
-    end: &'a [f64],
-    inner: &'a mut Vec<f64>,
-    signals: &'a mut Vec<f64>,
-    disturbed: &'a mut bool,
-    /// The values of variables that are observed sparingly are evaluated, too.
-    all: bool,
-    /// It ends at a row with the work of sampled parts.
-    sampled: bool,
-    /// Length of the step that it belongs to, and of the stretch (s).
-    step: f64,
-    length: f64,
-    purpose: Purpose,
-}
 
 /// The values at the end of a stretch are taken this part of its length earlier, because a jump at its end belongs to the
 /// next stretch.
@@ -111,63 +28,6 @@ const BEFORE: f64 = 1e-9;
 /// Returns whether the start of a step is kept where parts have their own stepping method, so that values inside it are known.
 pub(super) fn keeps_start(plan: &Plan) -> bool {
     !plan.guards.is_empty() || plan.integration.control.is_some()
-}
-
-impl Lane {
-    #[inline]
-    fn value(self, entered: &[f64], x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
-        match self {
-            Lane::Absent | Lane::Held(Place::Channel(_)) => f64::NAN,
-            Lane::Held(Place::Phase(k)) => match entered.get(k as usize) {
-                Some(t) if t.is_finite() => *t,
-                _ => f64::NAN,
-            },
-            Lane::Held(Place::X(k)) | Lane::State(k) => x[k as usize],
-            Lane::Held(Place::D(k)) => d[k as usize],
-            Lane::Held(Place::Signal(k)) | Lane::Signal(k) => sig[k as usize],
-        }
-    }
-}
-
-impl Columns {
-    fn of(plan: &Plan, wanted: &Wanted, channels: &[Option<Place>]) -> Columns {
-        let own = |place: &Place| match *place {
-            Place::Channel(k) => channels[k as usize],
-            place => Some(place),
-        };
-        let places: Vec<_> = wanted.places.iter().chain(&wanted.sparing).map(own).collect();
-        let lane = |place: &Option<Place>| match *place {
-            None | Some(Place::Channel(_)) => Lane::Absent,
-            Some(Place::X(k)) => Lane::State(k),
-            Some(Place::Signal(k)) if plan.flow.is_continuous(k) => Lane::Signal(k),
-            Some(place) => Lane::Held(place),
-        };
-        let mut lanes: Vec<Lane> = places.iter().map(lane).collect();
-        let upstream = |lanes: &[Lane]| {
-            plan.flow.upstream(lanes.iter().filter_map(|lane| match lane {
-                Lane::Signal(k) => Some(*k),
-                _ => None,
-            }))
-        };
-        let ops = upstream(&lanes[..wanted.places.len()]);
-        let all_ops = upstream(&lanes);
-        let mut accounts = Vec::new();
-        for (part, n) in &wanted.accounts {
-            let block = plan.parts.iter().position(|p| p.path == *part);
-            let has = |k: &usize| plan.parts[*k].prototype.accounts().known.len() == *n;
-            if let Some(k) = block.filter(has) {
-                accounts.push((k as u32, lanes.len(), *n));
-            }
-            lanes.resize(lanes.len() + n, Lane::Absent);
-        }
-        Columns { lanes, ops, all_ops, accounts, often: wanted.places.len() }
-    }
-
-    fn read(&self, entered: &[f64], x: &[f64], d: &[f64], sig: &[f64], values: &mut [f64]) {
-        for (value, lane) in values.iter_mut().zip(&self.lanes) {
-            *value = lane.value(entered, x, d, sig);
-        }
-    }
 }
 
 impl Stretch<'_> {

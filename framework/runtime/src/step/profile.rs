@@ -1,12 +1,13 @@
 //! Where the time of a run goes. A run that is not profiled has its blocks as they are; one that is has each of them
 //! in a block that looks at the clock before and after, and changes nothing else.
-use super::{Simulation, blocks_of};
+use super::blocks_of;
 use crate::block::{Block, Now, Outcome};
-use crate::field::Shown;
+use crate::error::BuildError;
 use crate::jacobian::{Jacobian, Operation};
-use crate::model::{BuildError, Fired};
+use crate::model::Fired;
 use crate::overlay::SharedOverlay;
 use crate::plan::Plan;
+use crate::shown::Shown;
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -92,37 +93,15 @@ impl Profile {
     }
 
     /// The blocks of a plan, each with a clock.
-    fn blocks(&self, plan: &Plan) -> Vec<Box<dyn Block>> {
+    pub(super) fn blocks(&self, plan: &Plan) -> Vec<Box<dyn Block>> {
         self.around(plan, blocks_of(plan))
     }
 
-    fn around(&self, plan: &Plan, blocks: Vec<Box<dyn Block>>) -> Vec<Box<dyn Block>> {
+    pub(super) fn around(&self, plan: &Plan, blocks: Vec<Box<dyn Block>>) -> Vec<Box<dyn Block>> {
         let one = |(inner, part): (Box<dyn Block>, &crate::plan::PartPlan)| {
             Box::new(Timed { inner, counts: self.of(&part.path) }) as Box<dyn Block>
         };
         blocks.into_iter().zip(&plan.parts).map(one).collect()
-    }
-}
-
-impl Simulation {
-    /// Looks at the clock at every operation of every part from now on, which costs a run some of its speed and none of
-    /// its bits. Forks of the run are not looked at.
-    pub fn profile(&mut self) -> Profile {
-        if self.profile.is_none() {
-            let profile = Profile::default();
-            let blocks = std::mem::take(&mut self.blocks);
-            self.blocks = profile.around(&self.plan, blocks);
-            self.profile = Some(profile);
-        }
-        self.profile.clone().unwrap_or_default()
-    }
-
-    /// New blocks for this run in another phase or program.
-    pub(super) fn new_blocks(&self, plan: &Plan) -> Vec<Box<dyn Block>> {
-        match &self.profile {
-            Some(profile) => profile.blocks(plan),
-            None => blocks_of(plan),
-        }
     }
 }
 

@@ -15,8 +15,9 @@
 //! discrete states without a unit (counts, places in lists),
 //! simulations with contact by impulses, which have no ẋ, and plans with more than [`STATES_MAX`] states.
 #![allow(non_snake_case)]
-use super::evaluate::{self, Stopped};
+use super::evaluate;
 use super::stiffness::{STATES_MAX, growth, round_down};
+use super::stopped::Stopped;
 use super::{Simulation, State};
 use crate::block::{Block, Evaluation, Now};
 use crate::model::lanes;

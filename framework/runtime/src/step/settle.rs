@@ -9,9 +9,11 @@
 //!                what still runs (charge, propellant) starts as it was
 //! ```
 //! The forces are the plan's own, so the balance is that of the run that follows.
-use super::evaluate::{self, Running, Stopped};
-use super::{State, Work, blocks_of, initial, show};
+use super::evaluate::{self, Running};
+use super::stopped::Stopped;
+use super::{State, Work, initial, show};
 use crate::block::{Evaluation, Now};
+use crate::plan::blocks_of;
 use crate::plan::{Plan, SettledStart};
 use linkwork_integrate::System;
 use std::collections::BTreeSet;

@@ -1,5 +1,5 @@
 //! All that changes in a run, but for the models' stores.
-use super::pins::Pins;
+use super::pinned::Pins;
 use linkwork_integrate::Memory;
 use std::sync::Arc;
 

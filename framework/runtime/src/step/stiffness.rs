@@ -12,8 +12,9 @@
 //! a simulation with more than [`STATES_MAX`] states is not examined.
 #![allow(non_snake_case)]
 use super::Simulation;
-use crate::plan::{Place, Plan};
+use crate::plan::Plan;
 use crate::value::{Fault, Origin};
+use crate::variable::Place;
 use linkwork_integrate::{Method, System};
 use linkwork_spatial::nalgebra::DMatrix;
 

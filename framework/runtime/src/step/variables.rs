@@ -1,9 +1,10 @@
 //! Variables of a run by name: values that are read, set and changed.
 use super::Simulation;
-use crate::plan::{Place, Plan, Role, Variable};
+use crate::plan::Plan;
 use crate::recorder::Change;
 use crate::step::VariableError;
 use crate::value::remedy;
+use crate::variable::{Place, Role, Variable};
 
 impl Simulation {
     /// The value at a place found before ([`Simulation::variable`]); NaN in a phase that has no such

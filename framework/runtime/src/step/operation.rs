@@ -1,13 +1,13 @@
-//! Algebraic loops: Newton's method on the wires that are solved for.
+//! One operation of a plan; algebraic loops by Newton's method on the wires that are solved for.
 //! ```text
 //! r(t) = s(t) − t = 0      t: what the reader sees, s: what the writer then sends
 //! J ≈ ∂r/∂t by differences, J Δ = −r with pivots; steps halve while |r| does not fall
 //! ```
 //! It starts from the values of the last solution, which are part of the state. A loop of linear parts takes
 //! one step, or two where differences are not exact enough.
-use super::evaluate::{self, Stopped};
+use super::stopped::{Stopped, of};
 use crate::block::{Block, Failure, Now};
-use crate::plan::{Loop, Plan};
+use crate::plan::{Loop, Op, Plan};
 
 /// Newton steps before it is given up.
 const STEPS: usize = 40;
@@ -16,7 +16,7 @@ const HALVINGS: usize = 12;
 
 type Lanes<'a> = (&'a [f64], &'a [f64], &'a mut [f64]);
 
-pub(super) fn solve(
+fn solve(
     blocks: &mut [Box<dyn Block>],
     plan: &Plan,
     l: &Loop,
@@ -27,7 +27,7 @@ pub(super) fn solve(
     // All of it is one evaluation: the state stays, and with it what blocks keep by its number.
     let mut evaluate = |sig: &mut [f64]| -> Result<f64, Stopped> {
         for op in &l.ops {
-            evaluate::run(blocks, plan, *op, now, x, d, sig)?;
+            run(blocks, plan, *op, now, x, d, sig)?;
         }
         let miss = l.tears.iter().map(|(t, s, tolerance)| {
             let (t, s) = (sig[*t as usize], sig[*s as usize]);
@@ -131,6 +131,36 @@ pub(super) fn eliminate(a: &mut [f64], b: &mut [f64], n: usize) -> bool {
         b[k] = (b[k] - rest) / a[k * n + k];
     }
     b.iter().all(|v| v.is_finite())
+}
+
+/// One operation.
+#[inline(always)]
+pub(super) fn run(
+    blocks: &mut [Box<dyn Block>],
+    plan: &Plan,
+    op: Op,
+    now: &Now,
+    x: &[f64],
+    d: &[f64],
+    sig: &mut [f64],
+) -> Result<(), Stopped> {
+    match op {
+        Op::Outputs(k) => blocks[k as usize].outputs(now, x, d, sig).map_err(of(k)),
+        Op::Feedthrough(k) => blocks[k as usize].feedthrough(now, x, d, sig).map_err(of(k)),
+        Op::Sum(j) => {
+            let sum = &plan.sums[j as usize];
+            let (dst, n) = (sum.dst as usize, sum.lanes as usize);
+            for k in 0..n {
+                let mut total = 0.0;
+                for source in sum.sources[k..].iter().step_by(n) {
+                    total += sig[*source as usize];
+                }
+                sig[dst + k] = total;
+            }
+            Ok(())
+        }
+        Op::Loop(j) => solve(blocks, plan, &plan.loops[j as usize], now, (x, d, sig)),
+    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,63 @@
+//! Connections: which lane feeds which input.
+use super::host::End;
+use crate::plan::{Sizes, Sum, Via};
+use crate::value::Origin;
+use std::collections::BTreeMap;
+
+/// The result of connecting.
+#[derive(Default)]
+pub(crate) struct Connections {
+    /// For each part: source lane of each lane of the inputs and of the feedthrough inputs.
+    pub inputs: Vec<(Vec<u32>, Vec<u32>)>,
+    /// Reductions.
+    pub sums: Vec<Sum>,
+    /// Signal lanes with constant content.
+    pub constants: Vec<(u32, f64)>,
+    /// All signal lanes.
+    pub signals: usize,
+    /// Continuous and discrete lanes.
+    pub sizes: Sizes,
+    /// Signal lanes of inputs without a wire: (part, input lane) → lane.
+    pub free: BTreeMap<(usize, usize), u32>,
+    /// Wires whose values are sought: the algebraic loops are cut there.
+    pub tears: Vec<Tear>,
+    /// For listings and loop reports.
+    pub links: Vec<Link>,
+}
+
+/// A wire that is solved for.
+pub(crate) struct Tear {
+    /// What the writer sends.
+    pub sources: Vec<u32>,
+    /// First of the lanes that the reader sees.
+    pub sought: u32,
+    pub tolerance: f64,
+    pub reader: usize,
+    pub text: String,
+    pub to: String,
+    pub origin: Origin,
+}
+
+/// What joins an output to an input.
+pub(crate) struct Link {
+    /// Path of the output, or what is bound.
+    pub from: String,
+    pub to: String,
+    pub via: Via,
+    /// Which end it is known by: the reader where a host's output is bound, else the writer.
+    pub end: End,
+    pub origin: Origin,
+    /// First source lane.
+    pub source: u32,
+    /// Reading part.
+    pub reader: usize,
+}
+
+impl Connections {
+    /// New signal lanes: the first of so many.
+    pub(super) fn allocate(&mut self, n: usize) -> u32 {
+        let lane = self.signals as u32;
+        self.signals += n;
+        lane
+    }
+}

@@ -1,0 +1,47 @@
+//! Services that several compilations share: made anew only when words or files differ.
+use crate::catalogue::Entry;
+use crate::files::Files;
+use crate::made::One;
+use crate::params::ReadCx;
+use crate::services::ServiceObject;
+use crate::spec::PartSpec;
+use std::collections::BTreeMap;
+
+/// The files that a service read when it was made, with fingerprints of their contents; none where nothing is shared.
+pub(super) fn read_by(part: &PartSpec, files: &Files) -> BTreeMap<String, u64> {
+    let found = files
+        .made
+        .as_ref()
+        .and_then(|made| made.with(|all| all.get(&part.path).map(|one| one.found.clone())));
+    found.unwrap_or_default()
+}
+
+/// The service of a part: the one of an earlier compilation, when it was asked for in the same words in the same `world` (its words and the
+/// contents of its files) and its own files hold
+/// what they held, or else a new one. The files are found again in both cases, so that they are part of the plan's
+/// hash and of what a change is noticed by.
+pub(super) fn service(
+    part: &PartSpec,
+    entry: &Entry,
+    (world, files): (&str, &Files),
+    cx: &mut ReadCx<'_>,
+) -> Option<ServiceObject> {
+    let Some(made) = &files.made else { return entry.make_service(&part.params, files, cx) };
+    let asked = format!("{} {} {:?} {world}", part.model, part.params.value, files.folders);
+    let was = made.with(|all| all.get(&part.path).filter(|one| one.asked == asked).cloned());
+    if let Some(One { found, object, .. }) = was {
+        let again = files.apart();
+        if found.keys().all(|name| again.resolve(name).is_ok()) && again.prints() == found {
+            files.add(found);
+            return Some(object);
+        }
+    }
+    let apart = files.apart();
+    let object = entry.make_service(&part.params, &apart, cx);
+    let found = apart.prints();
+    files.add(found.clone());
+    if let Some(object) = object.clone() {
+        made.with(|all| all.insert(part.path.clone(), One { asked, found, object }));
+    }
+    object
+}

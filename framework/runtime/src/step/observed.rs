@@ -1,0 +1,111 @@
+//! Variables whose values over time are observed.
+use crate::plan::Plan;
+use crate::variable::Place;
+
+/// The variables that an observer takes; the values that it gets are in this order.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// At the ends of every step, and inside.
+    pub places: Vec<Place>,
+    /// At rows and events; at other ends of steps, and inside, where steps are adaptive.
+    pub sparing: Vec<Place>,
+    /// Parts whose accounts ([`crate::Block::accounts`]) are taken, at rows, with the number of them.
+    pub accounts: Vec<(String, usize)>,
+}
+
+impl Wanted {
+    /// Returns the number of values.
+    pub fn width(&self) -> usize {
+        let accounts: usize = self.accounts.iter().map(|(_, n)| n).sum();
+        self.places.len() + self.sparing.len() + accounts
+    }
+}
+
+/// How the value of an observed variable varies between two instants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Lane {
+    /// The phase does not have it.
+    Absent,
+    /// It keeps its value.
+    Held(Place),
+    /// A continuous state.
+    State(u32),
+    /// A signal that follows from continuous operations.
+    Signal(u32),
+}
+
+impl Lane {
+    #[inline]
+    pub(super) fn value(self, entered: &[f64], x: &[f64], d: &[f64], sig: &[f64]) -> f64 {
+        match self {
+            Lane::Absent | Lane::Held(Place::Channel(_)) => f64::NAN,
+            Lane::Held(Place::Phase(k)) => match entered.get(k as usize) {
+                Some(t) if t.is_finite() => *t,
+                _ => f64::NAN,
+            },
+            Lane::Held(Place::X(k)) | Lane::State(k) => x[k as usize],
+            Lane::Held(Place::D(k)) => d[k as usize],
+            Lane::Held(Place::Signal(k)) | Lane::Signal(k) => sig[k as usize],
+        }
+    }
+}
+
+/// The observed variables in one phase.
+pub(super) struct Columns {
+    pub(super) lanes: Vec<Lane>,
+    /// The continuous operations upstream of the variables that are evaluated at every end, and of all variables.
+    pub(super) ops: Vec<u32>,
+    pub(super) all_ops: Vec<u32>,
+    /// Blocks with accounts, the first value of each, and how many.
+    pub(super) accounts: Vec<(u32, usize, usize)>,
+    /// How many are evaluated at every end.
+    pub(super) often: usize,
+}
+
+impl Columns {
+    pub(super) fn of(plan: &Plan, wanted: &Wanted, channels: &[Option<Place>]) -> Columns {
+        let own = |place: &Place| match *place {
+            Place::Channel(k) => channels[k as usize],
+            place => Some(place),
+        };
+        let places: Vec<_> = wanted.places.iter().chain(&wanted.sparing).map(own).collect();
+        let lane = |place: &Option<Place>| match *place {
+            None | Some(Place::Channel(_)) => Lane::Absent,
+            Some(Place::X(k)) => Lane::State(k),
+            Some(Place::Signal(k)) if plan.flow.is_continuous(k) => Lane::Signal(k),
+            Some(place) => Lane::Held(place),
+        };
+        let mut lanes: Vec<Lane> = places.iter().map(lane).collect();
+        let upstream = |lanes: &[Lane]| {
+            plan.flow.upstream(lanes.iter().filter_map(|lane| match lane {
+                Lane::Signal(k) => Some(*k),
+                _ => None,
+            }))
+        };
+        let ops = upstream(&lanes[..wanted.places.len()]);
+        let all_ops = upstream(&lanes);
+        let mut accounts = Vec::new();
+        for (part, n) in &wanted.accounts {
+            let block = plan.parts.iter().position(|p| p.path == *part);
+            let has = |k: &usize| plan.parts[*k].prototype.accounts().known.len() == *n;
+            if let Some(k) = block.filter(has) {
+                accounts.push((k as u32, lanes.len(), *n));
+            }
+            lanes.resize(lanes.len() + n, Lane::Absent);
+        }
+        Columns { lanes, ops, all_ops, accounts, often: wanted.places.len() }
+    }
+
+    pub(super) fn read(
+        &self,
+        entered: &[f64],
+        x: &[f64],
+        d: &[f64],
+        sig: &[f64],
+        values: &mut [f64],
+    ) {
+        for (value, lane) in values.iter_mut().zip(&self.lanes) {
+            *value = lane.value(entered, x, d, sig);
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! The data of a run.
+use super::linear::Linear;
+use super::observed::Columns;
+use super::profile::Profile;
+use super::reports::{MoveReport, Notices};
+use super::state::{GuardState, State};
+use super::turning;
+use crate::block::Block;
+use crate::condition::Times;
+use crate::plan::{FieldPlan, Plan};
+use crate::program::Program;
+use linkwork_integrate::{Integrator, Method};
+use std::any::Any;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// A run that cannot go on. The state is that of the instant before, or of the bad row.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "t = {time} s: {message}{}",
+    .help.as_ref().map_or_else(String::new, |help| format!("\n  help: {help}"))
+)]
+pub struct RunError {
+    /// Simulated time (s).
+    pub time: f64,
+    /// The part or variable that it is about.
+    pub path: String,
+    /// What happened.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+/// A variable cannot be read or set.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{message}\n  help: {help}")]
+pub struct VariableError {
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+/// Where a run stands after [`Simulation::step_event`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// At a row of the table, with its work done.
+    Row,
+    /// At an event, with what one part or transition fired done.
+    Event,
+    /// At the instant from which this condition that the run watches holds: its place among [`crate::PhaseSpec::watches`].
+    Watched(u32),
+    /// Between two rows, where [`Simulation::interrupt_by`] asked it to stop.
+    Interrupted,
+}
+
+/// A run of a program.
+pub struct Simulation {
+    pub(super) program: Arc<Program>,
+    pub(super) plan: Arc<Plan>,
+    pub(crate) state: State,
+    pub(crate) blocks: Vec<Box<dyn Block>>,
+    pub(super) work: Work,
+    /// Transitions since they were asked for last: time (s), what, and what went over.
+    pub(super) moved: Vec<(f64, String, MoveReport)>,
+    /// What parts and services told.
+    pub(super) notices: Notices,
+    /// Why the work of tick 0 could not be done, or what a part says that cannot begin here.
+    pub(super) broken: Option<Box<RunError>>,
+    /// Where its time goes, when that is asked for.
+    pub(super) profile: Option<Profile>,
+    /// Whose values over time somebody takes.
+    pub(super) observed: Option<Box<Observed>>,
+    /// Asks it to stop between two steps.
+    pub(super) interrupt: Option<Arc<AtomicBool>>,
+}
+
+/// Storage made once for a plan. No result depends on what a step leaves in it: a checkpoint does without.
+pub(crate) struct Work {
+    /// Counts evaluations.
+    pub(super) number: u64,
+    pub(super) xdot: Vec<f64>,
+    pub(super) integrator: Integrator,
+    /// For methods that want derivatives by the state.
+    pub(super) linear: Option<Box<Linear>>,
+    /// A state within a step.
+    pub(super) inside: Vec<f64>,
+    /// Where bodies turn freely: the state at the start of a step, and that of a stage in body axes.
+    pub(super) start: Vec<f64>,
+    pub(super) stage: Vec<f64>,
+    /// The state at the start of a step that may have to be done again.
+    pub(super) before: State,
+    pub(super) stores: Vec<Option<Box<dyn std::any::Any + Send>>>,
+    /// Over what blocks that advance by themselves did so last: time after the tick at its start, length (s).
+    pub(super) advanced: (f64, f64),
+    /// Guards at the end of a step, and within.
+    pub(super) end: Vec<f64>,
+    pub(super) middle: Vec<f64>,
+    /// Which guards of a part fire, and which way they went.
+    pub(super) ways: Vec<i8>,
+    /// Steps and events in a row of which none advanced the run by a billionth of a row.
+    pub(super) tiny: u32,
+    /// The guard that fired last.
+    pub(super) last: Option<u32>,
+    /// Of `Plan::asked`: which have nothing to tell any more.
+    pub(super) silent: Vec<bool>,
+}
+
+impl Work {
+    pub(crate) fn new(plan: &Plan) -> Work {
+        let (n, guards) = (plan.sizes.x, plan.guards.len());
+        Work {
+            number: 0,
+            xdot: vec![0.0; n],
+            integrator: Integrator::new(plan.integration.method, n),
+            linear: (matches!(plan.integration.method, Method::Rosenbrock(_))
+                && Linear::size(plan) <= Linear::SIZE_MAX)
+                .then(|| Box::new(Linear::new(plan))),
+            inside: vec![0.0; n],
+            start: vec![0.0; if turning::of(plan).is_empty() { 0 } else { n }],
+            stage: vec![0.0; if turning::of(plan).is_empty() { 0 } else { n }],
+            before: State::default(),
+            stores: plan.steps.iter().map(|_| None).collect(),
+            advanced: (0.0, 0.0),
+            end: vec![0.0; guards],
+            middle: vec![0.0; guards],
+            ways: vec![0; plan.guarded.iter().map(|g| g.count as usize).max().unwrap_or(0)],
+            tiny: 0,
+            last: None,
+            silent: vec![false; plan.asked.len()],
+        }
+    }
+}
+
+/// Hands a field to its readers.
+pub(crate) fn show(blocks: &mut [Box<dyn Block>], field: &FieldPlan) {
+    let shown = blocks[field.block as usize].shown();
+    field.readers.iter().for_each(|&r| blocks[r as usize].see(shown.as_ref()));
+}
+
+/// The state of a plan before the first evaluation.
+pub(crate) fn initial(plan: &Plan) -> State {
+    let mut state = State {
+        tick: plan.table.first().map_or(0, |r| r.at),
+        x: vec![0.0; plan.sizes.x],
+        d: vec![0.0; plan.sizes.d],
+        sig: vec![0.0; plan.sizes.sig],
+        guards: vec![GuardState::default(); plan.guards.len()],
+        entered: vec![0.0],
+        ..State::default()
+    };
+    for part in &plan.parts {
+        let (w, n) = (&part.wiring, part.lanes());
+        part.prototype.initial(&mut state.x[w.x..w.x + n.x], &mut state.d[w.d..w.d + n.d]);
+    }
+    if let Some(rest) = &plan.rest {
+        state.x.copy_from_slice(&rest.x);
+    }
+    for &(lane, value) in &plan.constants {
+        state.sig[lane as usize] = value;
+    }
+    state
+}
+
+/// What a state within a step is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// To look at the guards there.
+    Look,
+    /// To look at them where a step that ends there comes to.
+    Again,
+    /// To go on from there.
+    Event,
+}
+
+/// The observer of a run, its columns in each phase, and the values that it is given.
+pub(super) struct Observed {
+    pub(super) phases: Vec<Columns>,
+    pub(super) observer: Box<dyn Observer>,
+    pub(super) start: Vec<f64>,
+    pub(super) end: Vec<f64>,
+    pub(super) inner: Vec<f64>,
+    /// The signals as they were before anything was evaluated.
+    pub(super) signals: Vec<f64>,
+    pub(super) disturbed: bool,
+}
+
+/// Takes values of chosen variables over time ([`Simulation::observe`]).
+pub trait Observer: Any + Send {
+    /// Takes the values at an instant, after its work: once for a row, and again when a run continues after a change. A variable
+    /// that does not exist in the phase is NaN.
+    fn instant(&mut self, t: Times, values: &[f64]);
+    /// Takes the values over a stretch of time without a jump.
+    fn stretch(&mut self, over: &mut Stretch<'_>);
+}
+
+/// A stretch of time without a jump.
+pub struct Stretch<'a> {
+    pub(super) sim: &'a mut Simulation,
+    pub(super) plan: &'a Plan,
+    pub(super) columns: &'a Columns,
+    pub(super) start: &'a [f64],
+    pub(super) end: &'a [f64],
+    pub(super) inner: &'a mut Vec<f64>,
+    pub(super) signals: &'a mut Vec<f64>,
+    pub(super) disturbed: &'a mut bool,
+    /// The values of variables that are observed sparingly are evaluated, too.
+    pub(super) all: bool,
+    /// It ends at a row with the work of sampled parts.
+    pub(super) sampled: bool,
+    /// Length of the step that it belongs to, and of the stretch (s).
+    pub(super) step: f64,
+    pub(super) length: f64,
+    pub(super) purpose: Purpose,
+}

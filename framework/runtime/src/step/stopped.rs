@@ -1,0 +1,14 @@
+//! Failures of evaluations.
+use crate::block::Failure;
+
+/// Why an evaluation failed: the block and its message.
+#[derive(Clone, Debug)]
+pub(super) struct Stopped {
+    pub block: u32,
+    pub failure: Box<Failure>,
+}
+
+/// Adds the block to a failure.
+pub(super) fn of(block: u32) -> impl Fn(Box<Failure>) -> Stopped {
+    move |failure| Stopped { block, failure }
+}
