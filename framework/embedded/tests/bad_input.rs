@@ -142,7 +142,7 @@ fn padding_with_which_all_touch_always() {
     let e = RobotModel::new(&wrong).err().unwrap();
     let [ModelFault::Padding { name, other, .. }] = &e.faults[..] else { panic!("{e}") };
     assert_eq!([name.as_str(), other], ["left hand", "left upper"]);
-    assert!(e.to_string().contains("help: less padding"), "{e}");
+    assert!(e.to_string().contains("help: reduce the padding"), "{e}");
 }
 
 #[test]
@@ -235,5 +235,5 @@ fn a_quaternion_of_zeros_is_rejected_wherever_a_configuration_is_read() {
     let of_all = RobotError::ZeroQuaternion { what: "q of all", index: 11 };
     assert_eq!(robot.collides_all(&table, &mut out).unwrap_err(), of_all);
     assert_eq!(out, [false; 2]);
-    assert!(none(3).to_string().contains("give x y z w with w = 1"));
+    assert!(none(3).to_string().contains("give x y z w, with w = 1"));
 }

@@ -253,7 +253,7 @@ fn seven_hinges_with_one_held_at_its_value() {
         }
     }
     let e = model.closed_form(case.part, Some(dofs[0])).unwrap_err();
-    assert!(e.to_string().contains("neither meet nor are parallel"), "{e}");
+    assert!(e.to_string().contains("do not intersect, and are not parallel"), "{e}");
     assert!(matches!(model.closed_form(case.part, Some(99)), Err(RobotError::NoClosedForm { .. })));
 }
 
@@ -359,7 +359,7 @@ fn what_has_no_closed_form_and_what_is_no_goal_is_refused() {
         (v(s.sin(), (2.0 * s).cos(), 0.5), v(0.1 * s, (3.0 * s).sin(), 0.2 * s))
     };
     let axes: Vec<_> = (0..8).map(odd).collect();
-    for (n, why) in [(6, "neither meet"), (7, "neither meet"), (5, "six nor seven"), (8, "six nor")]
+    for (n, why) in [(6, "do not intersect"), (7, "do not intersect"), (5, "six nor seven"), (8, "six nor")]
     {
         let model = arm(&axes[..n], v(1.0, 1.0, 1.0), TURN);
         let e = model.closed_form(model.part("arm").unwrap(), None).unwrap_err();

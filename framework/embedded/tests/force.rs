@@ -489,7 +489,7 @@ fn hands_refuse_what_cannot_be() {
     assert_eq!(robot.grasp(left, beam, Grasp::Here), Err(RobotError::Held { object: 0 }));
     let open = robot.grasp(right, beam, Grasp::At(X[1])).unwrap_err();
     assert!(matches!(open, RobotError::LoopOpen { part: 1, .. }), "{open}");
-    assert!(open.to_string().contains("help: bring it there first"));
+    assert!(open.to_string().contains("help: move it there first"));
     assert_eq!(robot.squeeze(beam, 20.0, &mut tau), Err(RobotError::EmptyHand { part: 0 }));
     assert_eq!(robot.update_grasp(right, beam, X[1]), Err(RobotError::EmptyHand { part: 1 }));
     assert_eq!(robot.release(right, beam), Err(RobotError::EmptyHand { part: 1 }));

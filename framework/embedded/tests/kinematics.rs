@@ -227,7 +227,7 @@ fn mistakes_are_told_with_place_and_remedy() {
     ]));
     let text = error.unwrap_err().to_string();
     for needle in
-        ["two parts `arm`", "`b3` is not on the way from `b1`", "body `b9`", "part `none` has no"]
+        ["two parts with the name `arm`", "`b3` is not between `b1`", "body `b9`", "part `none` has no"]
     {
         assert!(text.contains(needle), "{needle}: {text}");
     }

@@ -299,7 +299,7 @@ fn mistakes_are_typed_and_change_nothing() {
     let circle = robot.attach(tool, chip, None, here).unwrap_err();
     assert!(matches!(circle, RobotError::OutOfRange { .. }), "{circle}");
     let itself = robot.attach(tool, tool, Some(blade), here).unwrap_err();
-    assert!(itself.to_string().contains("does not carry"), "{itself}");
+    assert!(itself.to_string().contains("not attached to it"), "{itself}");
     let none = RobotError::NotAttached { object: tool.index() };
     assert_eq!(robot.detach(tool), Err(none));
     robot.detach(brick).unwrap();

@@ -323,9 +323,9 @@ fn bad_input_is_refused() {
     assert!(say(&two, &good, -0.1).contains("round"));
     let mut bad = good.clone();
     bad.rate[1] = 0.0;
-    assert!(say(&two, &bad, 0.0).contains("above zero"));
+    assert!(say(&two, &bad, 0.0).contains("must be positive"));
     bad.rate[1] = f64::NAN;
-    assert!(say(&two, &bad, 0.0).contains("above zero"));
+    assert!(say(&two, &bad, 0.0).contains("must be positive"));
     bad.rate.pop();
     assert!(say(&two, &bad, 0.0).contains("numbers"));
     let free = MotionLimits::of(&model);

@@ -414,7 +414,7 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let room = refuse(&[ok, ok], &home);
     assert_eq!(room, RobotError::NoRoom { what: "goals", wanted: 2, room: 1 });
     let itself = refuse(&[ok.seen_from(Frame::Tip(left))], &home).to_string();
-    assert!(itself.contains("tip seen from itself"), "{itself}");
+    assert!(itself.contains("tip relative to itself"), "{itself}");
     assert!(matches!(refuse(&[TipGoal { part: ends, ..ok }], &home), RobotError::NotAChain { .. }));
     assert!(matches!(
         refuse(&[ok.seen_from(Frame::Tip(ends))], &home),
@@ -559,8 +559,8 @@ fn joints_that_mimic_others_stay_coupled() {
     let goal = Goal::position(Vec3::new(0.3, 0.3, -0.2));
     let told = robot.reach(arm, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
     let opens = |what| RobotError::OpensClosure { what, closure: Closure::Coupling { index: 0 } };
-    assert_eq!(told, opens("a search of one chain"));
-    assert!(told.to_string().contains("a search of one chain knows nothing of coupling 0"));
+    assert_eq!(told, opens("inverse kinematics of one chain"));
+    assert!(told.to_string().contains("inverse kinematics of one chain does not support coupling 0"));
     let mut free = ModelSpec { closures: Closures::Refused, ..spec.clone() };
     free.mechanism.couplings_mut().clear();
     let free = RobotModel::new(&free).unwrap();
@@ -576,35 +576,35 @@ fn joints_that_mimic_others_stay_coupled() {
     let twist = spatial::Motion::zero();
     assert_eq!(
         robot.rates(arm, &twist, &mut zero.clone()).unwrap_err(),
-        opens("a rate of one tip")
+        opens("joint rates for one tip")
     );
-    assert_eq!(Planner::new(&robot, arm, 50).unwrap_err(), opens("a planned way"));
+    assert_eq!(Planner::new(&robot, arm, 50).unwrap_err(), opens("path planning"));
     assert!(Planner::new(&robot, other, 50).is_ok());
     assert_eq!(TaskSpace::new(&robot, &[arm]).unwrap_err(), opens("operational space"));
-    assert_eq!(Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(), opens("a timed way"));
+    assert_eq!(Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(), opens("time parameterization of a path"));
     let mut control = RateControl::new(&robot, 1, 0);
     let guards = Guards { horizon: 0.1, manipulable: &[] };
     let wish = [Wish::new(0, Aim::Posture(&zero))];
     let told = control.solve(&mut robot, &wish, &guards, &mut zero.clone(), &mut [0.0]);
-    assert_eq!(told.unwrap_err(), opens("a control of rates"));
+    assert_eq!(told.unwrap_err(), opens("rate control"));
     let mut body = WholeBody::new(&robot, 0, 1);
     let out = (&mut zero.clone()[..], &mut zero.clone()[..], &mut [][..]);
     let told = body.solve(&mut robot, &zero, &[], &wish, &zero, out);
-    assert_eq!(told.unwrap_err(), opens("a control of forces"));
+    assert_eq!(told.unwrap_err(), opens("whole-body control"));
     let mut memory = Predictor::new(&robot);
     let (mut p, mut v, mut P) = (q.clone(), zero.clone(), vec![0.0; 4 * nv * nv]);
     let state = dynamics::Known { q: &mut p, v: &mut v, covariance: &mut P };
     let told = robot.predict(&mut memory, state, &zero, &[], 1e-3);
-    assert_eq!(told.unwrap_err(), opens("a prediction"));
+    assert_eq!(told.unwrap_err(), opens("prediction"));
     let mut transfer = Transfer::new(&robot);
     let still = MotionState { q: &q, v: &zero, vdot: &zero };
     let limits = MotionLimits::of(&model).acceleration(1.0).jerk(1.0);
-    assert_eq!(transfer.plan(&still, &still, &limits).unwrap_err(), opens("a transfer"));
+    assert_eq!(transfer.plan(&still, &still, &limits).unwrap_err(), opens("a jerk-limited transfer"));
     let mut next = q.clone();
     (next[bend], next[wrist]) = (0.5, -0.3);
     assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap(), Path::Free);
     next[wrist] = 0.0;
-    assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap_err(), opens("a straight way"));
+    assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap_err(), opens("a straight path"));
     let (mut tau, mut other_tau) = (zero.clone(), zero.clone());
     robot.set_q(&q).unwrap();
     tree.set_q(&q).unwrap();
@@ -666,7 +666,7 @@ fn loops_of_the_mechanism_stay_closed() {
     let goal = Goal::position(Vec3::new(0.5, 0.1, 0.2));
     let told = robot.reach(lever, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
     let closure = Closure::Loop { index: 0 };
-    assert_eq!(told, RobotError::OpensClosure { what: "a search of one chain", closure });
+    assert_eq!(told, RobotError::OpensClosure { what: "inverse kinematics of one chain", closure });
     // What the whole loop stands on moves alone, and straight.
     let ahead = Goal::pointing(Pointing::along(Vec3::x(), Vec3::new(0.6, 0.8, 0.0)));
     assert_eq!(

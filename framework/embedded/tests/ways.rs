@@ -141,15 +141,15 @@ fn what_cannot_be_is_told() {
     };
     let mut off = goal.clone();
     off[finger] = 0.1;
-    assert!(plan(&start, &off, &search).contains("does not move"));
+    assert!(plan(&start, &off, &search).contains("does not belong to the part"));
     off[finger] = f64::NAN;
     assert!(plan(&start, &off, &search).contains("NaN"));
     let mut far = goal.clone();
     far[upper] = 3.5;
     assert!(plan(&start, &far, &search).contains("outside its limits"));
     assert!(plan(&start[1..], &goal, &search).contains("numbers"));
-    assert!(plan(&start, &goal, &Search { step: 0.0, ..search }).contains("above zero"));
-    assert!(plan(&start, &goal, &Search { least: 0.0, ..search }).contains("part of the way"));
+    assert!(plan(&start, &goal, &Search { step: 0.0, ..search }).contains("must be positive"));
+    assert!(plan(&start, &goal, &Search { least: 0.0, ..search }).contains("fraction of the path"));
     assert!(Planner::new(&Robot::new(&model), arm_part, 1).is_err());
 }
 
@@ -223,8 +223,8 @@ fn nothing_tears_an_object_from_a_hand() {
     robot.path_free(&q, &turned("right"), 1e-2).unwrap();
     robot.grasp(right, bar, Grasp::Here).unwrap();
     let closure = Closure::Hands { object: 0 };
-    let opens = RobotError::OpensClosure { what: "a straight way", closure };
-    assert!(opens.to_string().contains("the grasp of object 0 by two hands\n  help: `WholeReach`"));
+    let opens = RobotError::OpensClosure { what: "a straight path", closure };
+    assert!(opens.to_string().contains("the grasp of object 0 by two hands\n  help: use `WholeReach`"));
     assert_eq!(robot.path_free(&q, &turned("right"), 1e-2), Err(opens));
     let told = planner.plan(&mut robot, &q, &turned("right"), &Search::default());
     assert_eq!(told, Err(opens));

@@ -53,7 +53,7 @@ pub(crate) fn rotation(x: &[f64; 4]) -> Result<Quat, Fault> {
     if (value - 1.0).abs() < 1e-6 {
         return Ok(Quat::from_quaternion(q));
     }
-    let help = "a rotation is a quaternion of length 1";
+    let help = "give a quaternion of length 1";
     Err(RobotError::OutOfRange { what: "length of the quaternion", value, help }.into())
 }
 

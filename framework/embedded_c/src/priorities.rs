@@ -192,7 +192,7 @@ pub unsafe extern "C" fn lw_bounded(
                 return Err(Fault::from(RobotError::OutOfRange { what, value: lower, help }));
             }
             if let Some(value) = (0..n).map(|k| normal[n * k + k]).find(|x| *x <= 0.0) {
-                let (what, help) = ("diagonal of `normal`", "above zero");
+                let (what, help) = ("diagonal of `normal`", "give numbers above zero");
                 return Err(RobotError::OutOfRange { what, value, help }.into());
             }
             let took = bounded(normal, right, [lower, upper], &Sweeps { most, settled }, s);

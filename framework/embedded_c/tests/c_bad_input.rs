@@ -36,7 +36,7 @@ fn what_cannot_be_is_told() {
         assert_eq!(lw_robot_grasp(r, LEFT, BEAM, null()), LwStatus::Ok);
         no(&two, LwStatus::Held, "object 0", || lw_robot_grasp(r, LEFT, BEAM, null()));
         no(&two, LwStatus::EmptyHand, "part 1", || lw_robot_release(r, RIGHT, BEAM));
-        no(&two, LwStatus::LoopOpen, "from its grasp", || {
+        no(&two, LwStatus::LoopOpen, "that its grasp requires", || {
             lw_robot_grasp(r, RIGHT, BEAM, &pose(3.0))
         });
         let mut hold = std::mem::zeroed::<LwHold>();

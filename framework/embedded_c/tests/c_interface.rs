@@ -315,7 +315,7 @@ fn mistakes_are_codes_with_messages() {
         let reach =
             |g: &LwGoal, e: *const LwEffort, a: *mut LwAnswer| lw_robot_reach(r, 0, g, e, p, 3, a);
         let (a, default) = (&raw mut answer, null());
-        robot(reach(&goal(0, 1.0), default, a), OutOfRange, &["ask for a position"]);
+        robot(reach(&goal(0, 1.0), default, a), OutOfRange, &["give a position"]);
         robot(reach(&goal(128, 1.0), default, a), OutOfRange, &["`parts` is 128", "LW_GOAL_"]);
         robot(reach(&goal(LW_GOAL_ORIENTATION, 1.0), default, a), OutOfRange, &["quaternion", "2"]);
         robot(reach(&goal(LW_GOAL_POSITION, 0.0), default, a), OutOfRange, &["weight"]);

@@ -140,7 +140,7 @@ fn ways_and_their_times() {
         };
         two.refused(ask(&goal[1..], &how, o), LwStatus::Length, "`start`");
         two.refused(ask(&[f64::NAN; 13], &how, o), LwStatus::NotFinite, "`goal`");
-        two.refused(ask(&[0.0; 13], &how, o), LwStatus::OutOfRange, "does not move");
+        two.refused(ask(&[0.0; 13], &how, o), LwStatus::OutOfRange, "does not belong to the part");
         let mut beyond = goal;
         beyond[1] = 3.0;
         two.refused(ask(&beyond, &how, o), LwStatus::OutsideLimits, "coordinate 1");
@@ -343,7 +343,7 @@ fn transfers_within_limits_of_jerk() {
         two.refused(ask(LwMotionState { nv: 12, ..from }, l), LwStatus::Length, "`v`");
         two.refused(ask(state(&[f64::NAN; 13], null(), null()), l), LwStatus::NotFinite, "`q`");
         // The model has no limits of acceleration and jerk.
-        two.refused(ask(from, null()), LwStatus::OutOfRange, "of what moves");
+        two.refused(ask(from, null()), LwStatus::OutOfRange, "of a moving coordinate");
         let zero = LwMotionLimits { jerk: rest.as_ptr(), ..limits };
         two.refused(ask(from, &zero), LwStatus::OutOfRange, "jerk");
         // Limits of the call before do not stay.

@@ -557,7 +557,7 @@ fn forces_for_wishes_with_contacts() {
         );
         two.refused(with(LwTouch { at: [f64::NAN; 3], ..in_c }), LwStatus::NotFinite, "`at`");
         two.refused(with(LwTouch { friction: 0.0, ..in_c }), LwStatus::OutOfRange, "friction");
-        two.refused(with(LwTouch { most: 0.0, ..in_c }), LwStatus::OutOfRange, "greatest force");
+        two.refused(with(LwTouch { most: 0.0, ..in_c }), LwStatus::OutOfRange, "largest force");
         two.refused(with(LwTouch { part: 5, ..in_c }), LwStatus::Foreign, "");
         let over = lw_whole_body_solve(r, b, v, e, 13, &in_c, 1, w, 2, t, t, p, o);
         two.refused(over, LwStatus::Overlap, "`tau` and `vdot`");

@@ -145,13 +145,13 @@ fn several_tips_at_once() {
         two.refused(ask(&goals, 12, 4), LwStatus::Length, "`q`");
         two.refused(ask(&goals, 13, 3), LwStatus::Length, "`residuals`");
         let itself = LwTipGoal { seen_from: RIGHT, ..goals[1] };
-        two.refused(ask(&[itself], 13, 2), LwStatus::OutOfRange, "tip seen from itself");
+        two.refused(ask(&[itself], 13, 2), LwStatus::OutOfRange, "tip relative to itself");
         let lost = LwTipGoal { seen_from: 9, ..goals[1] };
         two.refused(ask(&[lost], 13, 2), LwStatus::Foreign, "");
         let two_frames = LwTipGoal { seen_from: RIGHT, ..cases[1].0 };
         two.refused(ask(&[two_frames], 13, 2), LwStatus::OutOfRange, "LW_NO_PART");
         let nothing = LwTipGoal { goal: NOWHERE, ..goals[0] };
-        two.refused(ask(&[nothing], 13, 2), LwStatus::OutOfRange, "ask for a position");
+        two.refused(ask(&[nothing], 13, 2), LwStatus::OutOfRange, "give a position");
         two.refused(lw_whole_reach_keep(r, s, 9), LwStatus::Foreign, "");
         let over = lw_whole_reach_go_on(r, s, 9, p, 13, p.add(12), 4, &mut answer);
         two.refused(over, LwStatus::Overlap, "`q` and `residuals`");
