@@ -359,7 +359,8 @@ fn what_has_no_closed_form_and_what_is_no_goal_is_refused() {
         (v(s.sin(), (2.0 * s).cos(), 0.5), v(0.1 * s, (3.0 * s).sin(), 0.2 * s))
     };
     let axes: Vec<_> = (0..8).map(odd).collect();
-    for (n, why) in [(6, "do not intersect"), (7, "do not intersect"), (5, "six nor seven"), (8, "six nor")]
+    for (n, why) in
+        [(6, "do not intersect"), (7, "do not intersect"), (5, "six nor seven"), (8, "six nor")]
     {
         let model = arm(&axes[..n], v(1.0, 1.0, 1.0), TURN);
         let e = model.closed_form(model.part("arm").unwrap(), None).unwrap_err();

@@ -226,9 +226,12 @@ fn mistakes_are_told_with_place_and_remedy() {
         PartSpec::bodies("none", &[]),
     ]));
     let text = error.unwrap_err().to_string();
-    for needle in
-        ["two parts with the name `arm`", "`b3` is not between `b1`", "body `b9`", "part `none` has no"]
-    {
+    for needle in [
+        "two parts with the name `arm`",
+        "`b3` is not between `b1`",
+        "body `b9`",
+        "part `none` has no",
+    ] {
         assert!(text.contains(needle), "{needle}: {text}");
     }
     let model = RobotModel::new(&spec(vec![

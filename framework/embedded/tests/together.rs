@@ -560,7 +560,9 @@ fn joints_that_mimic_others_stay_coupled() {
     let told = robot.reach(arm, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
     let opens = |what| RobotError::OpensClosure { what, closure: Closure::Coupling { index: 0 } };
     assert_eq!(told, opens("inverse kinematics of one chain"));
-    assert!(told.to_string().contains("inverse kinematics of one chain does not support coupling 0"));
+    assert!(
+        told.to_string().contains("inverse kinematics of one chain does not support coupling 0")
+    );
     let mut free = ModelSpec { closures: Closures::Refused, ..spec.clone() };
     free.mechanism.couplings_mut().clear();
     let free = RobotModel::new(&free).unwrap();
@@ -581,7 +583,10 @@ fn joints_that_mimic_others_stay_coupled() {
     assert_eq!(Planner::new(&robot, arm, 50).unwrap_err(), opens("path planning"));
     assert!(Planner::new(&robot, other, 50).is_ok());
     assert_eq!(TaskSpace::new(&robot, &[arm]).unwrap_err(), opens("operational space"));
-    assert_eq!(Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(), opens("time parameterization of a path"));
+    assert_eq!(
+        Timing::new(&robot, 4, 10).map(|_| ()).unwrap_err(),
+        opens("time parameterization of a path")
+    );
     let mut control = RateControl::new(&robot, 1, 0);
     let guards = Guards { horizon: 0.1, manipulable: &[] };
     let wish = [Wish::new(0, Aim::Posture(&zero))];
@@ -599,7 +604,10 @@ fn joints_that_mimic_others_stay_coupled() {
     let mut transfer = Transfer::new(&robot);
     let still = MotionState { q: &q, v: &zero, vdot: &zero };
     let limits = MotionLimits::of(&model).acceleration(1.0).jerk(1.0);
-    assert_eq!(transfer.plan(&still, &still, &limits).unwrap_err(), opens("a jerk-limited transfer"));
+    assert_eq!(
+        transfer.plan(&still, &still, &limits).unwrap_err(),
+        opens("a jerk-limited transfer")
+    );
     let mut next = q.clone();
     (next[bend], next[wrist]) = (0.5, -0.3);
     assert_eq!(robot.path_free(&q, &next, 1e-3).unwrap(), Path::Free);

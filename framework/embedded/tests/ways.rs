@@ -224,7 +224,9 @@ fn nothing_tears_an_object_from_a_hand() {
     robot.grasp(right, bar, Grasp::Here).unwrap();
     let closure = Closure::Hands { object: 0 };
     let opens = RobotError::OpensClosure { what: "a straight path", closure };
-    assert!(opens.to_string().contains("the grasp of object 0 by two hands\n  help: use `WholeReach`"));
+    assert!(
+        opens.to_string().contains("the grasp of object 0 by two hands\n  help: use `WholeReach`")
+    );
     assert_eq!(robot.path_free(&q, &turned("right"), 1e-2), Err(opens));
     let told = planner.plan(&mut robot, &q, &turned("right"), &Search::default());
     assert_eq!(told, Err(opens));

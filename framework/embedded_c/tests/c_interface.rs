@@ -364,11 +364,11 @@ fn mistakes_are_codes_with_messages() {
             needles.iter().for_each(|n| assert!(text.contains(n), "{n}: {text}"));
         };
         let text = c"<robot/>".as_ptr();
-        builder(lw_builder_robot_text(b, text, 0, 0), Model, &["has its robot already"]);
+        builder(lw_builder_robot_text(b, text, 0, 0), Model, &["already has a robot"]);
         let kind = |kind, size| LwShape { kind, size };
         let shape = |s: LwShape| lw_builder_shape(b, name, c"world".as_ptr(), null(), &s);
         builder(shape(kind(9, [1.0; 3])), OutOfRange, &["`kind` is 9", "LW_SHAPE_"]);
-        builder(shape(kind(LW_SHAPE_SPHERE, [1.0; 3])), Model, &["leave zero"]);
+        builder(shape(kind(LW_SHAPE_SPHERE, [1.0; 3])), Model, &["to zero"]);
         let (mut other, mut made) = (null_mut(), null_mut());
         assert_eq!(lw_builder_new(&mut other), Ok);
         assert_eq!(lw_builder_file_shapes(other), Model);

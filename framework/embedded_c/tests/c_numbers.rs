@@ -66,7 +66,7 @@ fn levels_within_bounds() {
         quiet(|| lw_priorities_bound(p, unit[0].as_ptr(), 3, 1.0));
         quiet(|| lw_priorities_bound(p, unit[1].as_ptr(), 3, -2.0));
         refused(lw_priorities_bound(p, c, 3, 1.0), LwStatus::NoRoom, "3 bounds");
-        refused(lw_priorities_level(p, a, b, 2, r, l), LwStatus::Singular, "begin anew");
+        refused(lw_priorities_level(p, a, b, 2, r, l), LwStatus::Singular, "start a new problem");
         all_null(&[
             lw_priorities_new(3, 3, 1, null_mut()),
             lw_priorities_begin(null_mut()),

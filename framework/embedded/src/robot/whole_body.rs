@@ -220,7 +220,11 @@ impl WholeBody {
             let help = "give a unit vector";
             let value = t.normal.norm();
             if !((value - 1.0).abs() < 1e-6) {
-                return Err(RobotError::OutOfRange { what: "length of a contact normal", value, help });
+                return Err(RobotError::OutOfRange {
+                    what: "length of a contact normal",
+                    value,
+                    help,
+                });
             }
             let help = "give a number above zero";
             if !(t.friction > 0.0 && t.friction.is_finite()) {

@@ -59,7 +59,8 @@ impl Robot {
         }
         for w in wishes {
             if !(w.weight > 0.0 && w.weight.is_finite()) {
-                let (what, value, help) = ("weight of a task", w.weight, "weights must be positive");
+                let (what, value, help) =
+                    ("weight of a task", w.weight, "weights must be positive");
                 return Err(RobotError::OutOfRange { what, value, help });
             }
             match w.aim {
