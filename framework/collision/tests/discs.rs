@@ -148,7 +148,7 @@ fn only_cylinders_have_discs() {
     spec.discs = 3;
     let error = Colliders::new(vec![spec], Rules::default(), &free_bodies(1)).err().unwrap();
     assert_eq!(error.faults, [ColliderFault::Discs { collider: "it".into() }]);
-    assert!(error.to_string().contains("take a cylinder"), "{error}");
+    assert!(error.to_string().contains("use a cylinder"), "{error}");
 }
 
 #[test]

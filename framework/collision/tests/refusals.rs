@@ -126,9 +126,9 @@ fn all_mistakes_are_reported_at_once_with_a_remedy_each() {
         "coarse shape: radius is -1",
         "rule joined 0",
         "rule apart 0",
-        "no collider is of the material `steal`",
+        "no collider has the material `steal`",
         "did you mean `steel`?",
-        "law of pairs 0: friction is NaN",
+        "pair law 0: friction is NaN",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }

@@ -54,7 +54,7 @@ pub enum InputError {
     },
     /// A quaternion without a direction.
     #[error(
-        "`q`: the quaternion at {place} has no length\n  help: give x y z w with w = 1 for no turn"
+        "`q`: the quaternion at index {place} has length zero\n  help: give x y z w, with w = 1 for no rotation"
     )]
     ZeroQuaternion {
         /// Place in q of its first number.

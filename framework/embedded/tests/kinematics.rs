@@ -267,7 +267,7 @@ fn mistakes_are_told_with_place_and_remedy() {
     };
     looped.mechanism.loop_closure(closure);
     let text = RobotModel::new(&looped).unwrap_err().to_string();
-    assert!(text.contains("loop `ring` is not part of an embedded model"), "{text}");
+    assert!(text.contains("an embedded model does not support loop `ring`"), "{text}");
 }
 
 #[test]

@@ -288,7 +288,7 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
         panic!("{error}")
     };
     assert_eq!(closure, Closure::Hands { object: 0 });
-    assert!(error.to_string().starts_with("the grasp of object 0 by two hands does not close"));
+    assert!(error.to_string().starts_with("the grasp of object 0 by two hands cannot be closed"));
     let X = tips(&mut robot, &q, &[left, right]);
     let (p, R) = apart(&(X[0].inverse() * X[1]), &grasp);
     assert!(

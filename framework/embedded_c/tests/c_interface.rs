@@ -295,13 +295,13 @@ fn mistakes_are_codes_with_messages() {
     // are of memory that is there.
     unsafe {
         use LwStatus::*;
-        robot(lw_robot_set_q(r, p, 2), Length, &["`q` has 2 numbers, not 3", "help"]);
+        robot(lw_robot_set_q(r, p, 2), Length, &["`q` has 2 numbers, expected 3", "help"]);
         robot(lw_robot_set_q(r, p, usize::MAX), Length, &["`q`"]);
         robot(lw_robot_set_q(r, nan.as_ptr(), 3), NotFinite, &["number 1 of `q` is NaN"]);
         let odd = p.cast::<u8>().add(3).cast::<f64>();
         robot(lw_robot_set_q(r, odd, 3), Misaligned, &["`q` is not aligned"]);
         robot(lw_robot_q(r, odd, 3), Misaligned, &["`q`"]);
-        robot(lw_robot_jacobian(r, 0, p, 17), Length, &["`J` has 17 numbers, not 18"]);
+        robot(lw_robot_jacobian(r, 0, p, 17), Length, &["`J` has 17 numbers, expected 18"]);
         robot(lw_robot_jacobian(r, 1, p, 18), Foreign, &["handle"]);
         robot(lw_robot_mass_matrix(r, p, 3), Length, &["`M`"]);
         robot(lw_robot_set_gravity(r, nan.as_ptr()), NotFinite, &["`g`"]);
@@ -382,7 +382,7 @@ fn mistakes_are_codes_with_messages() {
         // All mistakes at once, when the model is made.
         assert_eq!(lw_builder_chain(b, c"leg".as_ptr(), c"base".as_ptr(), c"foot".as_ptr()), Ok);
         assert_eq!(lw_builder_chain(b, c"arm".as_ptr(), c"base".as_ptr(), c"hand".as_ptr()), Ok);
-        let needles = ["part `leg` names the body `foot`", "two parts `arm`"];
+        let needles = ["part `leg` refers to the body `foot`", "two parts with the name `arm`"];
         builder(lw_builder_model(b, &mut made), Model, &needles);
     }
 }

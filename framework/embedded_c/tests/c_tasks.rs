@@ -305,7 +305,7 @@ fn operational_space() {
         }
         let kept = tau;
         let forces = |n, rows, t| lw_task_space_forces(r, s, v, n, x, rows, null(), t);
-        two.refused(forces(13, 11, t), LwStatus::Length, "`a` has 11 numbers, not 12");
+        two.refused(forces(13, 11, t), LwStatus::Length, "`a` has 11 numbers, expected 12");
         two.refused(forces(12, 12, t), LwStatus::Length, "`v`");
         two.refused(forces(13, 12, x.cast_mut()), LwStatus::Overlap, "`a` and `tau`");
         two.refused(forces(13, 12, v.cast_mut().add(1)), LwStatus::Overlap, "`v` and `tau`");

@@ -305,7 +305,7 @@ def test_what_two_hands_hold_stays_held_while_it_is_moved():
     off[robot.dofs("left")[0]] += 0.1
     search = robot.begin_inverse_kinematics_together({}, q=off, keep=["left", "right"])
     assert search.advance(10**6) and search.outcome == "open"
-    with pytest.raises(lw.LinkworkError, match="the grasp of object 0 by two hands does not close") as e:
+    with pytest.raises(lw.LinkworkError, match="the grasp of object 0 by two hands cannot be closed") as e:
         search.solution()
     assert e.value.residual == search.residual and search.residual[0] > 0.01 and (e.value.q == search.q).all()
     X, Y = tips(robot, search.q)
