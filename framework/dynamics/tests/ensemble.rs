@@ -119,7 +119,7 @@ fn a_singular_state_is_reported() {
 }
 
 #[test]
-#[should_panic(expected = "no multiple of 3 states")]
+#[should_panic(expected = "not a multiple of 3 states")]
 fn tables_of_different_lengths_are_refused() {
     let mbs = mechanism(2, 3);
     let mut e = Ensemble::new(Arc::new(Tree::new(&mbs)), 1);

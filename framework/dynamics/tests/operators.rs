@@ -358,7 +358,7 @@ fn mistakes_are_refused_with_both_operands() {
     let (n, nv) = (6 * ops.links(), ops.nv());
     let want = format!(
         "cannot multiply `H*` (6·links = {n} × nv = {nv}) by `M` (6·links = {n} × 6·links = {n}): \
-         nv = {nv} meets 6·links = {n}\n  help: "
+         nv = {nv} does not match 6·links = {n}\n  help: "
     );
     assert!(text.starts_with(&want), "{text}");
     assert!(matches!(H.t().try_mul(&M), Err(OperatorError::Multiply { .. })));
@@ -373,7 +373,7 @@ fn mistakes_are_refused_with_both_operands() {
     assert!(matches!(error(&(&M + &D)), OperatorError::Add { .. }));
     assert!(matches!(error(&(&H - ops.identity())), OperatorError::Add { .. }));
     let text = error(&(&H * other.phi())).to_string();
-    assert!(text.contains("`H` and `φ` are of different systems"), "{text}");
+    assert!(text.contains("`H` and `φ` belong to different systems"), "{text}");
     // Another moment of the same system is another system.
     let again = Operators::new(&a.tree, &a.ws).unwrap();
     assert!(matches!(error(&(&H * again.phi())), OperatorError::Systems { .. }));
@@ -386,7 +386,7 @@ fn mistakes_are_refused_with_both_operands() {
     assert!(matches!(error(&(&two + &next)), OperatorError::Add { .. }), "other nodes");
 
     let text = phi.apply(&[1.0, 2.0]).unwrap_err().to_string();
-    assert!(text.contains("has 2 numbers, not") && text.contains("six numbers"), "{text}");
+    assert!(text.contains("has 2 numbers, expected") && text.contains("six numbers"), "{text}");
     let mut x = vec![1.0; nv];
     x[0] = f64::NAN;
     assert!(matches!(D.apply(&x), Err(OperatorError::NotFinite { .. })));
