@@ -563,7 +563,9 @@ fn mistakes_are_refused_and_change_nothing() {
 
     let text = e.delete("b99").unwrap_err().to_string();
     assert!(text.starts_with("delete: no body `b99`"), "{text}");
-    assert!(e.detach("world", "b00").unwrap_err().to_string().contains("the world cannot be edited"));
+    assert!(
+        e.detach("world", "b00").unwrap_err().to_string().contains("the world cannot be edited")
+    );
     assert!(matches!(e.detach("b00", "nowhere"), Err(TopologyError::Unknown { .. })));
     assert!(matches!(e.attach("b00", "x", pin(), &here), Err(TopologyError::Unknown { .. })));
     assert!(matches!(e.reroot("x"), Err(TopologyError::Unknown { .. })));

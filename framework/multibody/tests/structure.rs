@@ -132,7 +132,7 @@ fn all_faults_are_reported_together_with_the_remedy() {
         "body `wheel`: no parent `chasis`\n  help: did you mean `chassis`?",
         "body `wheel`: largest principal moment 0.5",
         "body `twin` is defined 2 times",
-        "bodies form a ring: a -> c -> b -> a",
+        "bodies form a cycle: a -> c -> b -> a",
         "body `arm`, subhinge 0: axis has no direction",
         "body `leg`, subhinge 0: armature 1",
         "body name `world` is not usable",
