@@ -72,7 +72,7 @@ const WORDS: [(LwStatus, &CStr); 25] = [
     (LwStatus::OutOfRange, c"a number is outside its range"),
     (LwStatus::Unknown, c"nothing has this name"),
     (LwStatus::Foreign, c"the model has no such part, object, body or collider"),
-    (LwStatus::NotAChain, c"the part is no chain"),
+    (LwStatus::NotAChain, c"the part is not a chain"),
     (LwStatus::NoSearch, c"no search, path or motion to continue or to read"),
     (LwStatus::NoClosedForm, c"the chain's inverse kinematics has no closed form"),
     (LwStatus::OutsideLimits, c"the start is outside the limits"),

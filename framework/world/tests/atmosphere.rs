@@ -224,13 +224,13 @@ fn wrong_tables_are_refused() {
         Table::read("air.csv", text, &layout, Outside::Clamp, Gas::EARTH).unwrap_err().to_string()
     };
     let cases = [
-        ("h,T\n1,2\n", "air.csv:1: there is no column `rho`; there are h, T"),
-        ("h,rho,T\n0,1.2,288\n", "air.csv:0: 1 rows\n  help: a table needs two at least"),
-        ("h,rho,T\n0,1.2,288\n1,x,287\n", "air.csv:3: `x` in column `rho` is no number"),
-        ("h,rho,T\n0,1.2,288\n1,1.1\n", "air.csv:3: `` in column `T` is no number"),
+        ("h,T\n1,2\n", "air.csv:1: column `rho` is missing; found h, T"),
+        ("h,rho,T\n0,1.2,288\n", "air.csv:0: 1 rows\n  help: a table needs at least two"),
+        ("h,rho,T\n0,1.2,288\n1,x,287\n", "air.csv:3: `x` in column `rho` is not a number"),
+        ("h,rho,T\n0,1.2,288\n1,1.1\n", "air.csv:3: `` in column `T` is not a number"),
         ("h,rho,T\n0,1.2,288\n1,-1.1,280\n", "air.csv:3: altitude 1 m, density -1.1"),
         ("h,rho,T\n0,1.2,288\n2,1.1,280\n\n1,1,280\n", "air.csv:5: altitude 1 m beside 2 m"),
-        ("", "there is no column `h`"),
+        ("", "column `h` is missing"),
     ];
     for (text, expected) in cases {
         let message = fault(text);

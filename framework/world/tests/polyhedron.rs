@@ -172,8 +172,11 @@ fn meshes_that_do_not_close_are_refused() {
 fn wrong_obj_lines_are_refused_with_their_number() {
     let fault = |t: &str| from_obj("rock.obj", t, 1.0, 1.0).unwrap_err().to_string();
     assert!(fault("v 1 2\n").contains("rock.obj:1: a vertex without three numbers"));
-    assert!(fault("v 0 0 0\nf 1 2 3\n").contains("rock.obj:2: `2` names no vertex of the 1 above"));
+    assert!(
+        fault("v 0 0 0\nf 1 2 3\n")
+            .contains("rock.obj:2: `2` does not refer to one of the 1 vertices above")
+    );
     assert!(fault("v 0 0 0\nf 1 1\n").contains("rock.obj:2: fewer than three corners"));
-    assert!(fault("v 0 0 0\nf 1 x 1\n").contains("`x` is no corner"));
-    assert!(fault("f 0 0 0\n").contains("names no vertex"));
+    assert!(fault("v 0 0 0\nf 1 x 1\n").contains("`x` is not a corner"));
+    assert!(fault("f 0 0 0\n").contains("does not refer to one of"));
 }

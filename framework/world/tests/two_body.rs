@@ -241,6 +241,6 @@ fn formation_against_two_bodies() {
         cw.velocity_to_reach(&start.position, &Vec3::zeros(), half)
             .unwrap_err()
             .to_string()
-            .contains("half a turn")
+            .contains("half a period")
     );
 }

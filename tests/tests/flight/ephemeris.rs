@@ -252,7 +252,7 @@ fn the_sun_stands_where_the_kernel_has_it_and_what_it_has_not_is_refused() {
             "`Sun`: the Moon may hide the Sun",
             "shadows: []",
             "at the epoch 2012-09-06T00:00:00",
-            "no way between bodies 301 and 399",
+            "does not connect bodies 301 and 399",
             "to 2012-08-12T00:00:00",
             "covers this time",
         ],
