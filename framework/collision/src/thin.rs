@@ -180,8 +180,8 @@ fn lowest(points: &[Point]) -> Option<Point> {
 mod tests {
     use super::*;
 
-    /// A plate of 2 m by 1 m deep in terrain with 2.5 cm resolution has 3321 points. Its corners and one of the deepest points remain, whatever the
-    /// order of the points.
+    /// A plate of 2 m by 1 m deep in terrain with 2.5 cm resolution has 3321 points. Its corners and one of the deepest points remain, independent of
+    /// the order of the points.
     #[test]
     fn a_plate_deep_in_fine_ground_stands_on_its_corners() {
         let n = Vec3::z();

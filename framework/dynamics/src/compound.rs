@@ -14,7 +14,6 @@
 //! on the bodies up to terms of the order (d/ℓ)³. The moment about c, which results from the gradient of the field, is exact up to a relative error
 //! of d/ℓ. The four points are used if d is below [`NEAR`] ℓ, with errors of 3e-14 of the force and 3e-5 of that moment; otherwise gravity is
 //! evaluated at each body.
-//! that moment; elsewhere each body is asked for.
 
 use crate::linear::{M3, S3, V3};
 use crate::query::v3;

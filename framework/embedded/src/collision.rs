@@ -25,9 +25,9 @@ pub(crate) enum Carrier {
 #[derive(Debug)]
 pub(crate) struct Scene {
     pub colliders: Colliders,
-    /// For each body of the mechanism with objects, what it is in the model.
+    /// Model counterpart of each body of the mechanism with objects.
     pub bodies: Vec<Carrier>,
-    /// For each collider, what carries it.
+    /// Carrier of each collider.
     pub carriers: Vec<Carrier>,
     /// For each part and each collider: whether an object that the part's tip holds is checked against the collider, and whether a body that a hinge
     /// joins to the object is.

@@ -76,7 +76,7 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
     if sep > limit {
         return Some(());
     }
-    // The core is far behind the plane, but may be beside the triangle.
+    // The core is far behind the plane, but may be outside the border of the triangle.
     let free = -sep > SHALLOW * b.core.least_half();
     if free && !apart(f, b)? {
         return None;
@@ -125,7 +125,7 @@ fn short(t: &Tile, b: &Placed, limit: f64, size: f64, room: &mut Room) -> Option
     Some(())
 }
 
-/// Returns true if points behind the plane show that the core passes through the triangle and not beside it: one of them, or one between two, is
+/// Returns true if points behind the plane show that the core passes through the triangle and not outside its border: one of them, or one between two, is
 /// farther than `touch` behind it and inside its border. Also true if all are so close to the plane that the difference does not matter.
 fn through(f: &Facet, sides: &[Vec3; 3], points: &[Point], touch: f64) -> bool {
     let inside =

@@ -34,7 +34,7 @@ pub struct KinematicFit {
     /// For each body between base and tip, from the base outwards, and last for the tip (`None`): its name and the correction of its frame,
     /// [rotation; translation], rad and m, axes of the frame.
     pub corrections: Vec<(Option<String>, [f64; 6])>,
-    /// What the measurements identify of these numbers, in the same order, at the solution.
+    /// Identifiability of these numbers from the measurements, in the same order, at the solution.
     pub identifiable: Identifiable,
     /// RMS of the residuals, m (1 rad is multiplied by `length`): before and after.
     pub residuals: [f64; 2],

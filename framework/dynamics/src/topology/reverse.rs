@@ -69,7 +69,7 @@ fn turned(
     Subhinge { kind, ..*s }
 }
 
-/// Reverses the hinges on `path` (root first, new root last). The last body has no hinge of its own afterwards: its part keeps the old one until it
+/// Reverses the hinges on `path` (root first, new root last). The last body lacks a hinge afterwards; its part keeps the old one until it
 /// gets another.
 pub(super) fn turn_path(parts: &mut Parts, path: &[String]) {
     let old: Vec<Part> = (path.iter()).filter_map(|name| parts.find(name).cloned()).collect();

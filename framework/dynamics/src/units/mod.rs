@@ -104,9 +104,9 @@ pub(crate) enum Through {
 pub struct Units {
     pub(crate) units: Vec<Unit>,
     pub(crate) aggregates: Vec<Aggregate>,
-    /// What a row passes at each slot on its path inward.
+    /// Data of a row at each slot on its path inward.
     pub(crate) inward: Vec<Inward>,
-    /// Unit of each slot (0, the world, has none).
+    /// Unit of each slot (slot 0, the world, lacks one).
     pub(crate) of_slot: Vec<u32>,
     /// Index of each link among the members of its aggregate.
     pub(crate) member: Vec<u32>,

@@ -85,7 +85,7 @@ pub struct Robot {
     /// For each object, the hands that hold it, and its pose when no hand holds it.
     holds: Vec<Option<Hold>>,
     objects: Vec<Pose>,
-    /// For each object, what it is attached to, and its inertia including objects that are attached to it.
+    /// Attachment of each object, and its inertia including objects that are attached to it.
     mounts: Vec<Option<Mount>>,
     loads: Vec<RigidInertia>,
     /// All objects; each comes after the object that it is attached to.
