@@ -1,4 +1,5 @@
-//! Inverse kinematics of the whole: several tips, a shared waist, tips seen from tips, what two hands hold; against the floor below and forward kinematics.
+//! Whole-body inverse kinematics: several tips, a shared waist, tips relative to tips, objects in two hands. Compares with the dynamics layer and
+//! forward kinematics.
 
 use crate::support::*;
 use linkwork_embedded::dynamics::{InverseKinematics, Target, Tree};
@@ -70,7 +71,7 @@ fn two_arms_with_one_waist_reach_two_poses_as_the_floor_below_does() {
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(&model);
     let mut search = WholeReach::new(&robot, 2);
-    // The floor below, on the same mechanism with tips as nodes.
+    // The dynamics layer's solver, on the same mechanism with tips as nodes.
     let mbs = model.multibody();
     let tree = Tree::new(mbs);
     let nodes = ["tip of part left", "tip of part right"].map(|n| mbs.node(n).unwrap());
@@ -124,7 +125,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
         let (p, R) = apart(&(Y[0].inverse() * Y[1]), &apart_wanted);
         assert!(p <= 2e-9 && R <= 2e-9, "{p:e} {R:e}");
         assert!((Y[0].position - X[0].position).norm() <= 2e-9);
-        // With the head, which may have to stay short of it.
+        // Includes the head, which may not reach its goal.
         let answer = search.reach(&robot, &goals, &Effort::default(), &mut q).unwrap();
         let Y = tips(&mut robot, &q, &[left, right, neck]);
         let look = (Y[1].position - Y[2].position).normalize();
@@ -136,7 +137,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
             search.residuals().iter().all(|r| r.position <= 1e-9 && r.orientation <= 1e-9)
         );
     }
-    // Kept degrees of freedom stay; a goal in the base moves with what carries it.
+    // Kept degrees of freedom stay; a goal in the base moves with its carrier.
     search.keep(&waist).unwrap();
     let start = inside(&model, 3);
     robot.set_q(&start).unwrap();
@@ -152,7 +153,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
     assert!(waist.iter().all(|d| q[*d] == start[*d]));
     let right_arm = model.dofs(right).unwrap();
     assert!(right_arm.iter().all(|d| q[*d] == start[*d]), "nothing asked it to move");
-    // The same by the chain alone.
+    // Compare with the chain alone.
     let mut alone = start.clone();
     robot.reach(left, &near, Frame::Base, &Effort::default(), &mut alone).unwrap();
     robot.set_q(&alone).unwrap();
@@ -161,7 +162,7 @@ fn a_hand_is_moved_as_the_other_sees_it() {
         &near_pose(&near),
     );
     assert!(p <= 2e-9 && R <= 2e-9);
-    // And seen from a hand that stands still.
+    // Also relative to a hand at rest.
     let seen = tips(&mut robot, &start, &[right])[0].inverse() * X;
     let mut alone = start.iter().map(|x| x * 0.97).collect::<Vec<f64>>();
     for d in waist.iter().chain(right_arm) {
@@ -178,7 +179,7 @@ fn near_pose(goal: &Goal) -> Pose {
     Pose::new(goal.orientation.unwrap(), goal.position.unwrap())
 }
 
-/// Both hands on a box, and how they are apart: the right as the left sees it.
+/// Both hands on a box, and the pose of the right hand in the left.
 fn held(model: &Arc<RobotModel>) -> (Robot, Pose) {
     let [left, right] = ["left", "right"].map(|p| model.part(p).unwrap());
     let mut robot = Robot::new(model);
@@ -210,7 +211,7 @@ fn what_two_hands_hold_stays_held() {
     let (mut met, mut nearest) = (0, 0);
     for k in 0..24 {
         let a = f64::from(k) * 0.26;
-        // Every third out of reach.
+        // Every third goal is out of reach.
         let far = if k % 3 == 2 { 1.6 } else { 0.08 };
         let shift = Vec3::new(far * a.cos(), far * a.sin(), 0.3 * far);
         let goal = Goal::pose(Pose::new(X.rotation, X.position + shift));
@@ -231,7 +232,7 @@ fn what_two_hands_hold_stays_held() {
             _ => {
                 nearest += 1;
                 assert!((p - answer.residual.position).abs() < 1e-12);
-                // A minimum among what is closed: no small motion that keeps both hands closed is nearer.
+                // A minimum among closed configurations: a small motion that keeps both hands closed does not come nearer.
                 let cost = |q: &[f64], robot: &mut Robot| {
                     let (p, R) = apart(&tips(robot, q, &[left])[0], &near_pose(&goal));
                     p * p + R * R
@@ -257,7 +258,7 @@ fn what_two_hands_hold_stays_held() {
     }
     println!("{met} met, {nearest} nearest");
     assert!(met >= 12 && nearest >= 8, "{met} {nearest}");
-    // An estimator moves the grasp: the search knows.
+    // An estimator changes the grasp, and the search uses the new one.
     let object = model.object("box").unwrap();
     let hold = robot.hold(object).unwrap().unwrap();
     robot.set_q(&home).unwrap();
@@ -279,7 +280,7 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
     search.keep(&all).unwrap();
     let wrist = *model.dofs(right).unwrap().last().unwrap();
     search.release(&[wrist]).unwrap();
-    // The left arm elsewhere: only the wrist may turn, the gap stays.
+    // The left arm is elsewhere: only the wrist may rotate, so the gap stays.
     let shoulder = model.dofs(left).unwrap()[0];
     q[shoulder] += 0.2;
     let before = q.clone();
@@ -295,7 +296,7 @@ fn a_grasp_that_cannot_close_is_told_with_the_least_gap() {
         (p - position).abs() < 1e-9 && (R - orientation).abs() < 1e-7,
         "{p} {position} {R} {orientation}"
     );
-    // Least over the wrist.
+    // Minimum over the wrist.
     let off = |x: f64, robot: &mut Robot| {
         let mut q = before.clone();
         q[wrist] = x;
@@ -329,7 +330,7 @@ fn the_same_whatever_was_before_and_in_portions() {
         let mut whole = robot.clone();
         loop {
             let answer = fresh.go_on(3, &mut b).unwrap();
-            // Other calls in between; a clone goes on as this one.
+            // Other calls between portions; a clone continues like the original.
             whole.tip_pose(right).unwrap();
             fresh = fresh.clone();
             if answer.outcome != Outcome::Unfinished {
@@ -436,13 +437,14 @@ fn mistakes_are_refused_and_q_is_left_alone() {
     let mut robot = robot;
     let none = Prefer { centred: 0.0, ..Prefer::centred() };
     assert!(search.best(&mut robot, &[ok], &none, &normal, &mut q).is_err());
-    // One chain alone: a frame that moves with it.
+    // A single chain: a frame that moves with it.
     let trunk = model.part("trunk").unwrap();
     let told = robot.reach(trunk, &ok.goal, Frame::Tip(left), &normal, &mut q).unwrap_err();
     assert!(told.to_string().contains("moves with the chain"), "{told}");
 }
 
-/// Efforts of all sizes, tolerances that nothing meets, goals within reach and out of it, of one chain and of the whole: none takes more than was said.
+/// Efforts of all sizes, tolerances that cannot be met, goals within and out of reach, for one chain and for the whole robot: the number of steps
+/// never exceeds the stated maximum.
 #[test]
 fn no_search_takes_more_steps_than_the_worst_case() {
     let model = torso();
@@ -465,7 +467,7 @@ fn no_search_takes_more_steps_than_the_worst_case() {
         let most = effort.worst_case_steps(&goal);
         assert!(answer.kinematics <= most, "{k}: {} of {most}", answer.kinematics);
         share[0] = share[0].max(answer.kinematics as f64 / most as f64);
-        // The whole, with nothing held and with the box.
+        // The whole robot, with empty hands and with the box.
         let goals = [TipGoal::new(left, goal), TipGoal::new(right, Goal::pose(X[1]))];
         for (robot, goals) in [(&free, &goals[..]), (&robot, &goals[..1])] {
             let mut q = start.clone();
@@ -480,14 +482,14 @@ fn no_search_takes_more_steps_than_the_worst_case() {
     }
     println!("shares of the worst case: {share:?}");
     assert!(share[0] > 0.1, "a bound that says something: {share:?}");
-    // Numbers that no computer counts to are no overflow.
+    // Huge numbers must not overflow.
     let endless = Effort { steps: usize::MAX, restarts: usize::MAX, ..Effort::default() };
     assert_eq!(endless.worst_case_steps(&Goal::position(Vec3::x())), usize::MAX);
     let default = Effort::default().worst_case_steps(&Goal::pose(Pose::identity()));
     assert!(default < 30_000, "{default}");
 }
 
-/// An arm whose last pin mimics two others, so that its hand stays level, on a turning base, beside an arm of its own; and a lever of four bars.
+/// An arm whose last pin mimics two others, so that its hand stays level, on a rotating base, next to an independent arm; and a four-bar lever.
 const LEVEL: &str = r#"<robot name="level"><link name="floor"/>{links}
   <joint name="turn" type="revolute"><parent link="floor"/><child link="turner"/><axis xyz="0 0 1"/>{limit}</joint>
   <joint name="lift" type="revolute"><parent link="turner"/><child link="upper"/><axis xyz="0 1 0"/>{limit}</joint>
@@ -546,14 +548,14 @@ fn joints_that_mimic_others_stay_coupled() {
             assert!((Y.position - X.position).norm() <= 1.1e-9);
         }
         assert_eq!(search.closures().next().unwrap().0, Closure::Coupling { index: 0 });
-        // Out of reach: the nearest is coupled.
+        // Out of reach: the nearest solution satisfies the coupling.
         let far = [TipGoal::new(arm, Goal::position(Vec3::new(2.0, 0.3, 0.4)))];
         let answer = search.reach(&robot, &far, &Effort::default(), &mut q).unwrap();
         assert!(answer.outcome == Outcome::Nearest && coupled(&q) <= 1.1e-9);
-        // Stretched: the hand is 0.9 m from the axis of the base, at most.
+        // Fully stretched, the hand is 0.9 m from the axis of the base.
         assert!((answer.residual.position - (Vec3::new(2.0, 0.3, 0.4).norm() - 0.9)).abs() < 1e-9);
     }
-    // The arm alone would open it; the other moves alone, to the same bits as where nothing is coupled.
+    // The arm alone would open it. The other arm moves alone, bit-identical with a robot without couplings.
     let mut q = model.multibody().neutral_q();
     q[wrist] = 0.2;
     let goal = Goal::position(Vec3::new(0.3, 0.3, -0.2));
@@ -572,7 +574,7 @@ fn joints_that_mimic_others_stay_coupled() {
     let mut tree = Robot::new(&free);
     let b = tree.reach(part, &goal, Frame::World, &Effort::default(), &mut same).unwrap();
     assert_eq!((a, &alone), (b, &same));
-    // What else would open it says so; kinematics and forces are the tree's.
+    // Other calls that would open it return an error; kinematics and forces are those of the tree.
     let nv = model.nv();
     let zero = vec![0.0; nv];
     let twist = spatial::Motion::zero();
@@ -675,7 +677,7 @@ fn loops_of_the_mechanism_stay_closed() {
     let told = robot.reach(lever, &goal, Frame::World, &Effort::default(), &mut q).unwrap_err();
     let closure = Closure::Loop { index: 0 };
     assert_eq!(told, RobotError::OpensClosure { what: "inverse kinematics of one chain", closure });
-    // What the whole loop stands on moves alone, and straight.
+    // The base of the whole loop moves alone, and straight.
     let ahead = Goal::pointing(Pointing::along(Vec3::x(), Vec3::new(0.6, 0.8, 0.0)));
     assert_eq!(
         robot.reach(turn, &ahead, Frame::World, &Effort::default(), &mut q).unwrap().outcome,
@@ -686,7 +688,7 @@ fn loops_of_the_mechanism_stay_closed() {
     let mut open = q.clone();
     open[model.multibody().hinge("rocker").unwrap().start] = 0.3;
     assert!(matches!(robot.path_free(&q, &open, 1e-3), Err(RobotError::OpensClosure { .. })));
-    // A loop that is moved by who knows whom is refused.
+    // A loop with a prescribed motion is rejected.
     let mut moved = spec.clone();
     moved.mechanism.loops_mut()[0].hinge = Hinge::pin(Vec3::y()).prescribed();
     let told = RobotModel::new(&moved).unwrap_err().to_string();
