@@ -1,5 +1,5 @@
-//! Tips of a robot with two arms through the interface of C: manipulability, rates, parts of a pose as goals, operational space, wishes in order of
-//! priority. What Rust says, to the bit; no memory is taken; mistakes are codes.
+//! Tips of a robot with two arms through the C interface: manipulability, rates, parts of a pose as goals, operational space, tasks by priority.
+//! Results are bit-identical with Rust, calls do not allocate, and errors are codes.
 
 use crate::support::*;
 use linkwork_embedded::spatial::{Pose, Vec3};
@@ -32,7 +32,7 @@ const NO_WISH: LwWish = LwWish {
 #[test]
 fn manipulability_and_rates() {
     let mut two = Two::new();
-    // SAFETY: handles of the library, arrays of the lengths given; so in all tests below.
+    // SAFETY: valid handles of the library, arrays of the lengths given; so in all tests below.
     unsafe {
         let mut told = std::mem::zeroed::<LwManipulability>();
         let (mut mine, mut theirs) = ([9.0; 6], [9.0; 6]);
@@ -53,7 +53,7 @@ fn manipulability_and_rates() {
             quiet(|| lw_robot_manipulability(two.r, RIGHT, code, 0.4, &mut told, null_mut(), 0));
             same(&[told.w], &[rust.w]);
             if let Rows::All { .. } = rows {
-                // As the documentation says.
+                // As documented.
                 let u = [0.3, 0.1, -0.2, 0.5, 0.6, -0.4];
                 let length: f64 = u.iter().map(|x| x * x).sum::<f64>().sqrt();
                 let along = |k: usize| -> f64 {
@@ -246,7 +246,7 @@ fn parts_of_a_pose_and_preferences() {
     }
 }
 
-/// Reaches with memory of its own.
+/// Inverse kinematics with separate memory.
 fn ask_of(two: &Two, goal: &LwGoal) -> LwStatus {
     let mut q = Q;
     // SAFETY: as above.
@@ -358,7 +358,7 @@ fn operational_space() {
         // A robot of another model, even of the same kind.
         let other = Two::new();
         other.refused(lw_task_space_inertia(other.r, s, p, 144), LwStatus::Foreign, "");
-        // A clone is of this one.
+        // A clone belongs to this model.
         let mut twin = null_mut();
         assert_eq!(lw_robot_clone(r, &mut twin), LwStatus::Ok);
         assert_eq!(lw_task_space_inertia(twin, s, p, 144), LwStatus::Ok);
@@ -370,7 +370,7 @@ fn operational_space() {
     }
 }
 
-/// One tip named twice cannot move in two ways: it has no task inertia.
+/// A tip that is named twice cannot move independently, so it does not have a task inertia.
 #[test]
 fn tips_that_cannot_move_independently_are_told() {
     let two = Two::new();
@@ -424,7 +424,7 @@ fn rates_for_wishes_within_guards() {
         control.solve(&mut two.robot, &rust, &guards, &mut wanted, &mut theirs).unwrap();
         same(&v, &wanted);
         same(&left, &theirs);
-        // Fewer wishes, no guard, nothing asked for beside.
+        // Fewer tasks, no limits, no optional outputs.
         quiet(|| lw_rate_control_solve(r, c, x, 2, 0.05, null(), 0, p, 13, null_mut(), 0));
         let free = Guards { horizon: 0.05, manipulable: &[] };
         control.solve(&mut two.robot, &rust[..2], &free, &mut wanted, &mut theirs).unwrap();
@@ -482,7 +482,7 @@ fn rates_for_wishes_within_guards() {
             lw_rate_control_solve(null_mut(), c, x, 3, 0.05, &guard, 1, p, 13, l, 3),
         ]);
         assert_eq!(v, kept, "nothing was written");
-        // Far outside its limits, which its rate cannot bring back.
+        // Far outside its limits, so that its rate cannot bring it back.
         let mut far = Q;
         far[3] = 9.0;
         two.go(&far);
