@@ -1,4 +1,4 @@
-//! Coefficient files: what they hold, and what is said about wrong ones.
+//! Coefficient files: their content, and errors of invalid ones.
 
 use crate::support::*;
 use linkwork_world::gravity::*;
@@ -8,7 +8,7 @@ fn fault(format: Format, text: &str) -> String {
     read(format, "field", text, Keep::All).unwrap_err().to_string()
 }
 
-/// Sizes and numbers as the files print them.
+/// Sizes and values as printed in the files.
 #[test]
 fn reference_files_are_read() {
     type Case = (Format, &'static str, f64, f64, usize, usize, usize, f64, f64);
@@ -83,7 +83,7 @@ fn reference_files_are_read() {
     }
 }
 
-/// Every coefficient of every file, read a second time by columns: degree, order, C̄, S̄.
+/// Every coefficient of every file, read independently by columns: degree, order, C̄, S̄.
 #[test]
 fn every_coefficient_is_where_it_belongs() {
     let gmat = |line: &str| {
@@ -249,7 +249,7 @@ fn wrong_lists_are_refused() {
     assert!(metres.contains("larger than Jupiter's") && metres.contains("Basilisk"), "{metres}");
 }
 
-/// What is zero may be left out: a field with zonal terms alone has order 0. A cut list is refused all the same.
+/// Zeros may be omitted: a field with only zonal terms has order 0. A truncated list is still rejected.
 #[test]
 fn icgem_files_may_have_zonal_terms_alone() {
     let head = "earth_gravity_constant 4.0e14\nradius 6.4e6\nmax_degree 4\nend_of_head\n";
@@ -289,7 +289,7 @@ fn wrong_icgem_files_are_refused() {
     }
 }
 
-/// Whatever a file holds, it is read or refused, but nothing panics.
+/// Any content is read or rejected, but never panics.
 #[test]
 fn bent_files_do_no_harm() {
     let gmat = "COMMENT   1\nPOTFIELD  2  2  0 4.00000000000000e+14 6.40000000000000e+06 1.00000000000000e+00\n\
@@ -330,7 +330,7 @@ fn bent_files_do_no_harm() {
     assert!(message.contains("fields of this size do not exist"), "{message}");
 }
 
-/// A header that lies about its normalisation, both ways.
+/// A header that states the wrong normalisation, in both directions.
 #[test]
 fn wrong_normalisation_is_noticed() {
     let Some(text) = reference("gravity/gmat_JGM3.cof") else { return };
