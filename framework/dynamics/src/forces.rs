@@ -102,6 +102,7 @@ impl Workspace {
     /// Adds Coriolis forces on every body when the world's axes rotate at `omega` (rad/s, world axes, constant) in inertial space. Call
     /// [`kinematics`](crate::kinematics()) first. The centrifugal force depends on position and belongs to the gravity field, except for the moment
     /// −ω × I ω due to the extent of a body, which is added here.
+    /// ```text
     /// force at the centre of mass    −2 m ω × v
     /// moment about it                −2 ∫ r × (ω × (u × r)) dm − ∫ r × (ω × (ω × r)) dm
     ///                              = 2 u × S ω − ω × I ω          S = ½ tr(I) 1 − I,  u: spin of the body

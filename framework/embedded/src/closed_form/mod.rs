@@ -4,8 +4,8 @@
 //! X = E₁(q₁) … E₆(q₆) X₀         Eᵢ: rotation about axis hᵢ through pᵢ, both at zero angles; X₀: the tip there
 //!
 //! spherical wrist (4, 5, 6 meet in w):  q₁ q₂ q₃ position w; q₄ q₅ q₆ orient the tip
-//! 2, 3, 4 parallel, 5 and 6 meet in c:  the height of c along the parallel axes gives q₁; their direction in the tip gives q₅ and q₆; the rest is
-//! planar
+//! 2, 3, 4 parallel, 5 and 6 meet in c:  the height of c along the parallel axes gives q₁; their direction in the tip gives q₅ and q₆;
+//!                                       the rest is planar
 //! ```
 //! Both cases also apply to the reversed arm, for example with a spherical shoulder. With a spherical wrist, two neighbours among the first three
 //! axes must intersect or be parallel. For seven axes, one hinge is locked at its current value, and the other six form a six-axis arm.

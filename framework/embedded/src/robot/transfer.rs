@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! each coordinate    seven pieces of constant jerk (a double-S profile): q is a cubic of time in each
-//! together           the slowest coordinate sets the duration; the others are stretched to it where possible, otherwise to the next possible
-//! duration
+//! together           the slowest coordinate sets the duration; the others are stretched to it where possible,
+//!                    otherwise to the next possible duration
 //! ```
 //! The motion is computed by the crate `rsruckig`, an implementation of Berscheid and Kröger (Jerk-limited real-time trajectory generation with
 //! arbitrary target states, Robotics: Science and Systems 2021). A state that starts outside the limits is brought inside them first.
