@@ -361,7 +361,7 @@ impl Multibody {
 }
 
 impl Multibody {
-    /// Returns the description of a body, as for a [`Builder`].
+    /// Returns the description of a body, as for a [`Builder`](crate::Builder).
     #[must_use]
     pub fn spec(&self, body: BodyId) -> BodySpec {
         let b = self.get(body);
